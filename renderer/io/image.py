@@ -1,0 +1,118 @@
+"""Pictures as files: PPM, PNG and EXR are written, textures are read from PPM, PNG and JPEG.
+
+Rows run from the top. Every write is atomic (see `files.py`). The libraries are imported by the function that needs
+them: a PPM needs none, which keeps the common run quick to start.
+"""
+
+import os
+import warnings
+
+from renderer.core.errors import Problem, RenderError, SceneError
+from renderer.io.files import reason, replacing
+
+# Level 1 of 9: on a noisy 1200 x 800 picture a third of the default level's time for files 5 % larger.
+PNG_COMPRESSION = 1
+MAX_TEXTURE_PIXELS = 2**26  # 8192 x 8192: 192 MiB as 8-bit RGB; more is a mistake or a decompression bomb
+TEXTURE_FORMATS = ("PPM", "PNG", "JPEG")
+
+
+def ppm_header(width, height):
+    """Return the bytes before the pixels of an 8-bit binary PPM (P6)."""
+    return b"P6\n%d %d\n255\n" % (width, height)
+
+
+def write_ppm(path, rgb8, width, height):
+    """Write `width * height * 3` bytes of RGB as a binary PPM (P6).
+
+    Raises: RenderError if the file cannot be written.
+    """
+    assert len(rgb8) == width * height * 3, "one byte for each of R, G, B"
+    with replacing(path) as file:
+        file.write(ppm_header(width, height))
+        file.write(rgb8)
+
+
+def write_png(path, rgb8, width, height):
+    """Write `width * height * 3` bytes of RGB as an 8-bit PNG.
+
+    Raises: RenderError if the file cannot be written.
+    """
+    from PIL import Image
+
+    assert len(rgb8) == width * height * 3, "one byte for each of R, G, B"
+    picture = Image.frombytes("RGB", (width, height), bytes(rgb8))
+    with replacing(path) as file:
+        picture.save(file, format="PNG", compress_level=PNG_COMPRESSION)
+
+
+def write_exr(path, channels, header):
+    """Write named `(H, W)` arrays, float32 or uint32, as a one-part EXR: scanlines, ZIP, nothing lost.
+
+    `channels` uses the names that other tools know (`R`, `Z`, `N.X`, `Albedo.R`); `header` adds attributes of text.
+
+    Raises: RenderError if the file cannot be written.
+    """
+    import OpenEXR
+
+    # The library completes the dictionaries it is given: hand it copies.
+    attributes = dict(header, compression=OpenEXR.ZIP_COMPRESSION, type=OpenEXR.scanlineimage)
+    with replacing(path) as file:
+        try:
+            OpenEXR.File(attributes, dict(channels)).write(file)
+        except RuntimeError as error:
+            raise RenderError(f"{path}: cannot be written: {error}") from error
+
+
+def read_texture(path):
+    """Return `(width, height, rgb)` of an image file: 8-bit RGB rows from the top, as `bytes`.
+
+    16-bit values are rounded to 8 bits, grey and palettes become RGB, alpha is dropped, and the orientation noted by
+    a camera is not applied: the texels are those of the file.
+
+    Raises: SceneError naming the path tried and the reason (missing, not an image, damaged, enormous).
+    """
+    if not os.path.exists(path):
+        raise _unreadable(path, "there is no such file")
+    if not os.path.isfile(path):
+        raise _unreadable(path, "this is not a file")
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the library's remarks on size and palettes; both are dealt with here
+            with Image.open(path, formats=TEXTURE_FORMATS) as image:
+                if image.width * image.height > MAX_TEXTURE_PIXELS:
+                    raise _too_large(path, f"{image.width} x {image.height} pixels")
+                rgb = _to_rgb(path, image)
+                return rgb.width, rgb.height, rgb.tobytes()
+    except SceneError:
+        raise
+    except Image.DecompressionBombError:
+        raise _too_large(path, "its size") from None
+    except UnidentifiedImageError:
+        raise _unreadable(path, "not a PPM, PNG or JPEG image") from None
+    except OSError as error:
+        raise _unreadable(path, f"cannot be read: {reason(error)}") from None
+    except Exception as error:  # a damaged file can raise nearly anything out of the decoders
+        raise _unreadable(path, f"the image is damaged: {error}") from None
+
+
+def _to_rgb(path, image):
+    """Return the decoded picture in mode RGB; integers wider than 8 bits are scaled, which `convert` would clip."""
+    if image.mode == "F":
+        raise _unreadable(path, "floating-point images cannot be textures; use 8 or 16 bits")
+    if image.mode == "I" or image.mode.startswith("I;16"):
+        # All readers of these formats scale their values to 0 ... 65535. +0.5 rounds; point() truncates.
+        return image.convert("I").point(lambda value: value * (255 / 65535) + 0.5).convert("L").convert("RGB")
+    if image.mode == "P" and "transparency" in image.info:
+        image = image.convert("RGBA")
+    return image.convert("RGB")
+
+
+def _too_large(path, what):
+    side = int(MAX_TEXTURE_PIXELS**0.5)
+    return _unreadable(path, f"too large for a texture: {what} (at most as many as {side} x {side})")
+
+
+def _unreadable(path, message):
+    return SceneError(Problem(os.fspath(path), message))
