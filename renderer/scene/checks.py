@@ -1,0 +1,241 @@
+"""What no single key can show: cameras that see nothing, shapes that are none, files that are not there.
+
+Pure Python in double precision, so that a scene without convex volumes needs no numerical library to be checked.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+
+from renderer.scene import schema
+from renderer.scene.values import WARNING, Finding, linked
+
+PARALLEL = 1e-6  # sine of the angle below which float32 cannot tell two directions apart reliably
+FLAT = 1e-7  # relative size (float32's resolution) below which an extent is nothing
+INSIDE = 1e-9  # relative slack of the test whether a light is inside
+
+
+def check(description, directory, findings):
+    """Return `[(index, shape)]` of what can be rendered; append what is wrong or odd to `findings`."""
+    _check_camera(description.camera, findings)
+    world, kept = description.scene, []
+    textures = {}
+    for index, shape in enumerate(world.shapes):
+        at = linked(("scene", "shapes", index))
+        before = len(findings)
+        CHECKS[shape.type](shape, at, findings)
+        if type(shape.material.texture) is str:
+            textures.setdefault(shape.material.texture, ((at, "material"), "texture"))
+        if len(findings) == before:
+            kept.append((index, shape))
+    _check_textures(textures, directory, findings)
+    _check_lights(description, kept, findings)
+    if not kept:
+        why = "has no shapes" if not world.shapes else "has no shapes left that could be seen"
+        findings.append(Finding(linked(("scene",)), f"{why}; only the background is rendered", severity=WARNING))
+    return kept
+
+
+def too_many_pixels(width, height):
+    """Return the complaint about a picture that is too large."""
+    most = schema.MAX_PIXELS
+    return f"width times height must be at most {most:,} pixels, got {width} x {height} = {width * height:,}"
+
+
+def _check_camera(camera, findings):
+    """Find pictures that are too large and cameras without a direction."""
+    at = (None, "camera")
+    if camera.width * camera.height > schema.MAX_PIXELS:
+        findings.append(Finding((at, "width"), too_many_pixels(camera.width, camera.height)))
+    view = _minus(camera.lookAt, camera.position)
+    scale = max(map(abs, camera.lookAt + camera.position))
+    if _length(view) <= FLAT * scale or not any(view):
+        findings.append(Finding((at, "lookAt"), "must differ from position: the camera needs a direction to look in",
+                                list(camera.lookAt)))
+        return
+    if not any(camera.upVector):
+        findings.append(Finding((at, "upVector"), "must not be [0, 0, 0]: the picture needs an up direction"))
+    elif _length(_cross(_unit(view), _unit(camera.upVector))) < PARALLEL:
+        message = "must not be parallel to the direction of view (lookAt - position): the picture has no up then"
+        findings.append(Finding((at, "upVector"), message))
+
+
+def _check_textures(textures, directory, findings):
+    """Find texture files that cannot be opened; `textures` has the first mention of each."""
+    for name, at in textures.items():
+        path = directory / name
+        if not path.is_file():
+            what = "is a directory" if path.is_dir() else "no such file"
+            findings.append(Finding(at, f"texture {name!r}: {what} (tried {path.absolute()})"))
+        elif not os.access(path, os.R_OK):
+            findings.append(Finding(at, f"texture {name!r}: may not be read ({path.absolute()})"))
+
+
+def _check_lights(description, kept, findings):
+    """Find phong scenes that nothing lights, and lights walled in by a shape."""
+    world = description.scene
+    if description.rendermode != "phong":
+        return
+    if not world.lightsources and world.shapes:
+        findings.append(Finding((None, "scene"), "has no lightsources; only ambientlight will be seen",
+                                severity=WARNING))
+    for number, light in enumerate(world.lightsources):
+        for index, shape in kept:
+            if ENCLOSES[shape.type](shape, light.position):
+                message = f"is inside scene.shapes[{index}] ({shape.type}), so it lights nothing outside of it"
+                findings.append(Finding(linked(("scene", "lightsources", number, "position")), message,
+                                        severity=WARNING))
+                break
+
+
+# Shapes that are none
+
+
+def _check_nothing(shape, at, findings):
+    """A sphere's only condition is a radius greater than 0, which its key states."""
+
+
+def _check_cylinder(shape, at, findings):
+    if not any(shape.axis):
+        findings.append(Finding((at, "axis"), "must not be [0, 0, 0]: the cylinder needs a direction"))
+
+
+def _check_plane(shape, at, findings):
+    if not any(shape.normal):
+        findings.append(Finding((at, "normal"), "must not be [0, 0, 0]: the plane needs a direction"))
+
+
+def _check_triangle(shape, at, findings):
+    e1, e2, e3 = _minus(shape.v1, shape.v0), _minus(shape.v2, shape.v0), _minus(shape.v2, shape.v1)
+    longest = max(_length(e1), _length(e2), _length(e3))
+    resolution = FLAT * max(map(abs, shape.v0 + shape.v1 + shape.v2))
+    # twice the area over the longest edge is the least height
+    if longest <= resolution or _length(_cross(e1, e2)) <= max(resolution, FLAT * longest) * longest:
+        findings.append(Finding(at, "dropped: this triangle has no area", severity=WARNING))
+
+
+def _check_box(shape, at, findings):
+    for axis, low, high in zip("xyz", shape.min, shape.max, strict=True):
+        if low > high:
+            findings.append(Finding((at, "min"), f"must not be greater than max in any axis; in {axis} it is "
+                                                 f"{low:g} against {high:g}"))
+            return
+    if any(high - low <= FLAT * max(abs(low), abs(high)) for low, high in zip(shape.min, shape.max, strict=True)):
+        findings.append(Finding(at, "dropped: this box has no volume, min equals max in an axis", severity=WARNING))
+
+
+def _check_convex(shape, at, findings):
+    if (shape.halfspaces is None) == (shape.vertices is None):
+        found = "neither is" if shape.vertices is None else "both are"
+        findings.append(Finding(at, f"exactly one of halfspaces and vertices must be given, {found}"))
+    elif shape.halfspaces is not None:
+        _check_halfspaces(shape.halfspaces, at, findings)
+    elif not _is_solid(shape.vertices):
+        findings.append(Finding(at, "dropped: this convex volume is empty, its vertices lie in one plane",
+                                severity=WARNING))
+
+
+def _check_halfspaces(halfspaces, at, findings):
+    """Find half-spaces without a direction, and those whose intersection has no inside."""
+    wrong = [row for row, (x, y, z, _) in enumerate(halfspaces) if not (x or y or z)]
+    for row in wrong:
+        message = "must not have the normal [0, 0, 0]: a half-space needs a direction"
+        findings.append(Finding(((at, "halfspaces"), row), message, list(halfspaces[row])))
+    if wrong:
+        return
+    import numpy as np
+    from scipy.optimize import linprog
+
+    rows = np.asarray(halfspaces)
+    lengths = np.linalg.norm(rows[:, :3], axis=1)
+    normals, offsets = rows[:, :3] / lengths[:, None], rows[:, 3] / lengths
+    scale = max(float(np.abs(offsets).max()), 1e-12)
+    # Chebyshev centre: the largest ball inside; its radius is capped so that unbounded volumes have one
+    matrix = np.column_stack([normals, np.ones(len(rows))])
+    bounds = [(None, None)] * 3 + [(None, 1.0)]
+    answer = linprog([0, 0, 0, -1], A_ub=matrix, b_ub=offsets / scale, bounds=bounds, method="highs")
+    if answer.status != 0 or answer.x[3] <= FLAT:
+        findings.append(Finding(at, "dropped: this convex volume is empty, no point is in all its half-spaces",
+                                severity=WARNING))
+
+
+def _is_solid(vertices):
+    """Return whether points span a volume: grow the simplex of points that are farthest from each other."""
+    first = vertices[0]
+    resolution = FLAT * max(max(map(abs, vertex)) for vertex in vertices)
+    offsets = [_minus(vertex, first) for vertex in vertices]
+    along = max(offsets, key=_length)
+    if _length(along) <= resolution:
+        return False
+    along = _unit(along)
+    across = max((_cross(along, offset) for offset in offsets), key=_length)
+    if _length(across) <= resolution:
+        return False
+    normal = _unit(across)
+    return max(abs(_dot(normal, offset)) for offset in offsets) > resolution
+
+
+# Closed shapes that enclose a point
+
+
+def _in_nothing(shape, p):
+    return False
+
+
+def _in_sphere(shape, p):
+    return _length(_minus(p, shape.center)) < shape.radius * (1 - INSIDE)
+
+
+def _in_cylinder(shape, p):
+    offset, axis = _minus(p, shape.center), _unit(shape.axis)
+    return (abs(_dot(offset, axis)) < shape.height * (1 - INSIDE)
+            and _length(_cross(offset, axis)) < shape.radius * (1 - INSIDE))
+
+
+def _in_box(shape, p):
+    return all(low < x < high for low, x, high in zip(shape.min, p, shape.max, strict=True))
+
+
+def _in_convex(shape, p):
+    if shape.halfspaces is not None:
+        return all(x * p[0] + y * p[1] + z * p[2] < d for x, y, z, d in shape.halfspaces)
+    import numpy as np
+    from scipy.spatial import ConvexHull
+
+    facets = ConvexHull(np.asarray(shape.vertices)).equations
+    return bool((facets[:, :3] @ np.asarray(p) + facets[:, 3] < 0).all())
+
+
+CHECKS = {
+    "sphere": _check_nothing, "cylinder": _check_cylinder, "triangle": _check_triangle,
+    "plane": _check_plane, "box": _check_box, "convex": _check_convex,
+}
+ENCLOSES = {
+    "sphere": _in_sphere, "cylinder": _in_cylinder, "triangle": _in_nothing,
+    "plane": _in_nothing, "box": _in_box, "convex": _in_convex,
+}
+
+
+# Vectors
+
+
+def _minus(a, b):
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _length(a):
+    return math.hypot(*a)
+
+
+def _unit(a):
+    length = _length(a)
+    return a[0] / length, a[1] / length, a[2] / length

@@ -1,0 +1,29 @@
+"""The validated scene with its place on disk: what the loader hands to the renderer and to the converters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from renderer.core.errors import Problem
+from renderer.scene import schema
+
+
+@dataclass(frozen=True)
+class LoadedScene:
+    """A description that passed every check.
+
+    `shapes` holds `(index in the file, shape)` for what is rendered: degenerate shapes were dropped with a warning,
+    so that indices in messages and in the shape-number picture stay those of the file.
+    Texture file names in the description are as written; `resolve` turns them into paths.
+    """
+
+    path: str  # as the user wrote it
+    directory: Path  # textures are relative to it
+    description: schema.Scene
+    shapes: tuple[tuple[int, schema.Shape], ...]
+    warnings: tuple[Problem, ...] = field(default=())
+
+    def resolve(self, filename):
+        """Return the path of a file that the scene names, relative to the scene file."""
+        return self.directory / filename
