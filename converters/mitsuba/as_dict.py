@@ -1,0 +1,75 @@
+"""A plan as Mitsuba objects and the dictionary that `mi.load_dict` takes."""
+
+from __future__ import annotations
+
+import mitsuba as mi
+import numpy as np
+
+from converters.geometry import Mesh
+from converters.mitsuba import materials
+from converters.mitsuba.nodes import Colour, Node, Pixels, Point
+from converters.mitsuba.plan import part_node, pixels
+
+if mi.variant() is None:
+    mi.set_variant("llvm_ad_rgb")
+
+
+def _tensor(image):
+    """Return the image as (H, W, 3) float32 of c / 255."""
+    array = np.frombuffer(image.rgb, np.uint8).reshape(image.height, image.width, 3)
+    return mi.TensorXf(array.astype(np.float32) / np.float32(255))
+
+
+def _mesh(node):
+    """Return a flat-shaded mesh that owns the node's children (material, attributes)."""
+    mesh = node.values["mesh"]
+    properties = mi.Properties()
+    for name, child in node.values.items():
+        if isinstance(child, Node):
+            properties[name] = mi.load_dict(dictionary(child))
+    result = mi.Mesh("mesh", len(mesh.vertices), len(mesh.faces), props=properties, has_vertex_normals=False,
+                     has_vertex_texcoords=True)
+    data = mi.traverse(result)
+    data["vertex_positions"] = np.ravel(mesh.vertices).astype(np.float32)
+    data["faces"] = np.ravel(mesh.faces).astype(np.uint32)
+    data["vertex_texcoords"] = np.ravel(mesh.uv).astype(np.float32)
+    data.update()
+    return result
+
+
+def dictionary(node):
+    """Return a node as `mi.load_dict` takes it: a dictionary, or an object for a mesh."""
+    if any(isinstance(value, Mesh) for value in node.values.values()):
+        return _mesh(node)
+    result = {"type": node.type}
+    for name, value in node.values.items():
+        if isinstance(value, Node):
+            result[name] = dictionary(value)
+        elif isinstance(value, Colour):
+            result[name] = {"type": "rgb", "value": list(value)}
+        elif isinstance(value, Point):
+            result[name] = list(value)
+        elif isinstance(value, Pixels):
+            result["data"] = _tensor(value)
+        elif isinstance(value, np.ndarray):
+            result[name] = (mi.ScalarTransform3f if value.shape == (3, 3) else mi.ScalarTransform4f)(value)
+        else:
+            result[name] = value
+    return result
+
+
+def scene_dictionary(plan):
+    """Return the whole plan as the dictionary of a scene."""
+    return {"type": "scene", **{name: dictionary(node) for name, node in plan.children.items()}}
+
+
+def part_object(part, attributes):
+    """Return a primitive that carries constant scalar attributes, for integrators of our own."""
+    constants = {name: Node("texture", "rawconstant", {"value": value}) for name, value in attributes.items()}
+    return dictionary(part_node(part, constants))
+
+
+def texture_object(loaded, material):
+    """Return Mitsuba's texture of a material, for the scene format's own texture coordinates."""
+    node = materials.texture(material, pixels(loaded, 0, material))
+    return mi.load_dict(dictionary(node))

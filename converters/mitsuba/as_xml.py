@@ -1,0 +1,132 @@
+"""A plan as XML text with its meshes and images beside it.
+
+Transforms are written as explicit matrices: Mitsuba's own XML writer turns mirrored cameras the wrong way.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from converters.geometry import Mesh
+from converters.mitsuba.nodes import Colour, Node, Pixels, Point
+from renderer.io.image import write_png
+
+VERSION = "3.0.0"  # of the scene format
+TAGS = {bool: "boolean", int: "integer", float: "float", str: "string"}
+INDENT = "    "
+
+
+def _numbers(values):
+    return " ".join(repr(float(v)) for v in values)
+
+
+def ply(mesh):
+    """Return a mesh as the bytes of a binary PLY file with texture coordinates u, v."""
+    header = ("ply\nformat binary_little_endian 1.0\n"
+              f"element vertex {len(mesh.vertices)}\n"
+              + "".join(f"property float {name}\n" for name in ("x", "y", "z", "u", "v"))
+              + f"element face {len(mesh.faces)}\nproperty list uchar int vertex_indices\nend_header\n")
+    corners = np.column_stack([mesh.vertices, mesh.uv]).astype("<f4")
+    faces = np.empty(len(mesh.faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, mesh.faces
+    return header.encode("ascii") + corners.tobytes() + faces.tobytes()
+
+
+class _Writer:
+    """Collects the lines of the XML and the files that belong beside it."""
+
+    def __init__(self, folder):
+        self.folder, self.lines, self.assets = folder, [], {}
+
+    def line(self, depth, text):
+        self.lines.append(INDENT * depth + text)
+
+    def _asset(self, name, content):
+        """Return the name under which equal content is stored once; different content gets a number."""
+        stem, suffix = os.path.splitext(name)
+        number = 0
+        while self.assets.setdefault(name, content) != content:
+            number += 1
+            name = f"{stem}_{number}{suffix}"
+        return f"{self.folder}/{name}"
+
+    def node(self, depth, name, node):
+        kind = "ply" if "mesh" in node.values else node.type
+        named = "" if node.family in ("integrator", "sensor", "film", "rfilter", "sampler") else f" name={quoteattr(name)}"
+        if node.family in ("shape", "emitter"):
+            named = f" id={quoteattr(name)}"
+        self.line(depth, f'<{node.family} type="{kind}"{named}>')
+        for key, value in node.values.items():
+            self._value(depth + 1, key, value, name)
+        self.line(depth, f"</{node.family}>")
+
+    def _value(self, depth, key, value, owner):
+        if isinstance(value, Node):
+            self.node(depth, key, value)
+        elif isinstance(value, Mesh):
+            file = self._asset(f"{owner}.ply", ply(value))
+            self.line(depth, f'<string name="filename" value={quoteattr(file)}/>')
+            self.line(depth, '<boolean name="face_normals" value="true"/>')
+        elif isinstance(value, Pixels):
+            file = self._asset(f"{value.name}.png", value)
+            self.line(depth, f'<string name="filename" value={quoteattr(file)}/>')
+        elif isinstance(value, Colour):
+            self.line(depth, f'<rgb name="{key}" value="{_numbers(value)}"/>')
+        elif isinstance(value, Point):
+            self.line(depth, f'<point name="{key}" value="{_numbers(value)}"/>')
+        elif isinstance(value, np.ndarray):
+            self.line(depth, f'<transform name="{key}"><matrix value="{_numbers(value.ravel())}"/></transform>')
+        else:
+            text = str(value).lower() if isinstance(value, bool) else str(value)
+            self.line(depth, f'<{TAGS[type(value)]} name="{key}" value={quoteattr(text)}/>')
+
+
+def xml(plan, folder):
+    """Return the XML text and the files it names, {name: bytes or Pixels}, to be put in `folder` beside it."""
+    writer = _Writer(folder)
+    writer.line(0, f'<scene version="{VERSION}">')
+    for name, node in plan.children.items():
+        writer.node(1, name, node)
+    writer.line(0, "</scene>")
+    return "\n".join(writer.lines) + "\n", writer.assets
+
+
+def write(plan, path):
+    """Write the XML to `path` and its files to the folder `<stem>_files` beside it; nothing is half-written.
+
+    Every file is written under a temporary name first and renamed when all are complete, the XML last.
+    Raises OSError where something cannot be written.
+    """
+    path = Path(path)
+    folder = path.with_name(path.stem + "_files")
+    text, assets = xml(plan, folder.name)
+    made_folder = bool(assets) and not folder.exists()
+    if assets:
+        folder.mkdir(exist_ok=True)
+    staged = []
+    try:
+        for name, content in assets.items():
+            _stage(staged, folder / name, content)
+        _stage(staged, path, text.encode("utf-8"))
+        for temporary, target in staged:
+            os.replace(temporary, target)
+    except BaseException:
+        for temporary, _ in staged:
+            temporary.unlink(missing_ok=True)
+        if made_folder and not any(folder.iterdir()):
+            folder.rmdir()
+        raise
+
+
+def _stage(staged, target, content):
+    """Write the content beside its target under a temporary name, and remember the pair."""
+    temporary = target.with_name(f".{target.stem}.{os.getpid()}{target.suffix}")
+    staged.append((temporary, target))
+    if isinstance(content, Pixels):
+        write_png(temporary, content.rgb, content.width, content.height)
+    else:
+        temporary.write_bytes(content)

@@ -1,0 +1,177 @@
+"""From the description to the tree of Mitsuba plugins that stock Mitsuba can render.
+
+What it cannot express is replaced by the nearest stock counterpart and named in the warnings:
+
+- A point light without fall-off becomes one with 1/r^2 and intensity pi * d^2 * I, where d is the median distance from
+  the light to the shapes: Lambert's kd Cd / pi times I_stock / d^2 is then kd Cd I at that distance.
+- The ambient term becomes the light of the background (a constant emitter, which is also what is seen behind the
+  shapes), and what the background lacks in brightness a lamp at the camera, whose shadows nobody sees.
+- Binary and debug pictures become channels of the `aov` integrator.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from converters.mitsuba import materials
+from converters.mitsuba.nodes import Colour, Node, Pixels, Plan, Point
+from converters.nesting import outside_indices
+from converters.solids import camera_matrix, is_unbounded, parts, textured_plane
+from renderer.core.errors import Problem
+from renderer.io.image import read_texture
+
+AOVS = {"binary": "binary:albedo", "depth": "depth:depth,position:position", "normals": "normal:geo_normal",
+        "uv": "uv:uv", "albedo": "albedo:albedo", "shapes": "shape:shape_index"}
+AOV_REMARKS = {
+    "depth": "Mitsuba measures depth from the near plane; the position channels are exact",
+    "uv": "texture coordinates of caps and planes are Mitsuba's own",
+    "shapes": "Mitsuba counts primitives: a cylinder is three shapes",
+}
+NEAR, FAR = 1e-3, 1e5  # scene units
+SAMPLES = 64  # rays a pixel where the scene asks for one: the stock counterpart is a Monte Carlo estimate
+NEVER = 1000  # path length from which Russian roulette starts: it would only add noise
+
+
+class _Remarks:
+    """Collects what is not exact: each remark once, with all the places it is about."""
+
+    def __init__(self):
+        self.places = {}
+
+    def at(self, place):
+        return lambda text: self.places.setdefault(text, {}).setdefault(place)
+
+    def problems(self, path):
+        """Return one Problem a remark; several places are written as one list."""
+        return tuple(Problem(path, text, ", ".join(places)) for text, places in self.places.items())
+
+
+def plan(loaded):
+    """Return the Plan of a loaded scene; raises SceneError where a texture cannot be read."""
+    remarks, mode = _Remarks(), loaded.description.rendermode
+    children = {"integrator": _integrator(loaded.description, remarks.at("rendermode")),
+                "sensor": _sensor(loaded.description)}
+    if mode == "phong":
+        children.update(_emitters(loaded, remarks))
+    children.update(_shapes(loaded, remarks))
+    return Plan(children, remarks.problems(loaded.path))
+
+
+def _integrator(description, remark):
+    if description.rendermode != "phong":
+        remark(f"{description.rendermode} picture written as channels of the aov integrator")
+        if description.rendermode in AOV_REMARKS:
+            remark(AOV_REMARKS[description.rendermode])
+        return Node("integrator", "aov", {"aovs": AOVS[description.rendermode]})
+    if not any(materials.share(s.material) for s in description.scene.shapes):
+        return Node("integrator", "direct")
+    remark("mirrors and glass are followed by the path integrator, which adds light between matt surfaces")
+    # N bounces are N + 1 segments; the last surface needs one more to reach a light.
+    return Node("integrator", "path", {"max_depth": description.nbounces + 2, "rr_depth": NEVER})
+
+
+def sensor_node(camera, sampler):
+    """Return the camera; its film has the box filter, which keeps pixels independent."""
+    film = Node("film", "hdrfilm", {"width": camera.width, "height": camera.height, "pixel_format": "rgb",
+                                    "component_format": "float32", "filter": Node("rfilter", "box")})
+    return Node("sensor", "perspective", {
+        "fov": float(camera.fov), "fov_axis": "y", "near_clip": NEAR, "far_clip": FAR,
+        "to_world": camera_matrix(camera), "film": film, "sampler": sampler})
+
+
+def _sensor(description):
+    if description.rendermode == "phong":
+        count = description.samples if description.samples > 1 else SAMPLES
+        return sensor_node(description.camera, Node("sampler", "independent", {"sample_count": count}))
+    return sensor_node(description.camera, Node("sampler", "stratified", {"jitter": False, "sample_count": 1}))
+
+
+def _centre(shape, look_at):
+    """Return a point in the middle of the shape; of a plane the foot of the point looked at."""
+    if shape.type in ("sphere", "cylinder"):
+        return np.asarray(shape.center)
+    if shape.type == "plane":
+        normal = np.asarray(shape.normal) / np.linalg.norm(shape.normal)
+        return look_at - normal * (normal @ (look_at - np.asarray(shape.point)))
+    if shape.type == "box":
+        return (np.asarray(shape.min) + np.asarray(shape.max)) / 2
+    if shape.type == "triangle":
+        return np.mean([shape.v0, shape.v1, shape.v2], axis=0)
+    return np.mean([part.mesh.vertices.mean(axis=0) for part in parts(shape)], axis=0)
+
+
+def _typical_distance(loaded, position):
+    """Return the median distance from a point to the middles of the shapes, in scene units."""
+    look_at = np.asarray(loaded.description.camera.lookAt)
+    centres = [_centre(shape, look_at) for _, shape in loaded.shapes] or [look_at]
+    return max(float(np.median(np.linalg.norm(np.array(centres) - position, axis=1))), NEAR)
+
+
+def _point_light(loaded, position, intensity):
+    scale = np.pi * _typical_distance(loaded, position) ** 2
+    return Node("emitter", "point", {"position": Point(map(float, position)),
+                                     "intensity": Colour(float(scale * c) for c in intensity)})
+
+
+def _emitters(loaded, remarks):
+    """Return the lights: points with fall-off, the background, and a lamp at the camera for the rest of the ambient."""
+    world, result = loaded.description.scene, {}
+    for k, light in enumerate(world.lightsources):
+        result[f"light{k}"] = _point_light(loaded, light.position, light.intensity)
+        remarks.at(f"scene.lightsources[{k}]")("light without fall-off written as one with 1/r^2, as bright at the "
+                                               "median distance of the shapes")
+    if max(world.backgroundcolor) > 0:
+        result["background"] = Node("emitter", "constant", {"radiance": Colour(map(float, world.backgroundcolor))})
+        remarks.at("scene.backgroundcolor")("the background also lights the shapes")
+    if max(world.ambientlight) > 0:
+        rest = [max(a - b, 0.0) for a, b in zip(world.ambientlight, world.backgroundcolor)]
+        if max(rest) > 0:
+            result["ambient"] = _point_light(loaded, loaded.description.camera.position, rest)
+        remarks.at("scene.ambientlight")("ambient term written as the background's light and a lamp at the camera")
+    return result
+
+
+def part_node(part, children):
+    """Return the primitive as a node with the given children (material, attributes)."""
+    values = {"mesh": part.mesh} if part.kind == "mesh" else {"to_world": part.to_world}
+    return Node("shape", part.kind, {**values, **children})
+
+
+def _shapes(loaded, remarks):
+    """Return the nodes of all primitives, in the order of the file."""
+    mode, result = loaded.description.rendermode, {}
+    outside = outside_indices([shape for _, shape in loaded.shapes])
+    for (number, shape), around in zip(loaded.shapes, outside):
+        remark = remarks.at(f"scene.shapes[{number}]")
+        if is_unbounded(shape):
+            remark("unbounded convex volume is cut off far away")
+        for part in _stock_parts(shape, mode, remark):
+            bsdf = _bsdf(loaded, number, shape.material, around, part, remark)
+            result[f"shape{number}_{part.name}"] = part_node(part, {"bsdf": bsdf})
+    return result
+
+
+def _stock_parts(shape, mode, remark):
+    if shape.type == "plane" and shape.material.texture is not None and mode in ("phong", "albedo"):
+        remark("infinite textured plane written as a large finite rectangle around its point")
+        return [textured_plane(shape)]
+    return parts(shape)
+
+
+def pixels(loaded, number, material):
+    """Return the image that the material names, or None; raises SceneError where it cannot be read."""
+    if not isinstance(material.texture, str):
+        return None
+    return Pixels(f"shape{number}", *read_texture(loaded.resolve(material.texture)))
+
+
+def _bsdf(loaded, number, material, outside, part, remark):
+    mode = loaded.description.rendermode
+    if mode == "binary":
+        return materials.matt(materials.BINARY_RED)
+    image = pixels(loaded, number, material) if mode in ("phong", "albedo") else None
+    if mode == "phong":
+        return materials.phong(material, outside, image, part.uv_map, remark)
+    if mode == "albedo":
+        return materials.matt(materials.texture(material, image, part.uv_map, remark=remark))
+    return materials.matt(materials.BINARY_RED)

@@ -1,0 +1,101 @@
+"""Shapes of the description as Mitsuba's primitives: the one place that says which primitive stands for which shape.
+
+Both the stock export and the exact Whitted counterpart read these parts. A cylinder becomes a tube and two disks, an
+infinite plane a disk of radius PLANE_RADIUS (a rectangle of that size loses digits and shadows itself), triangles,
+boxes and convex volumes become meshes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from converters.geometry import (
+    Mesh, box_mesh, convex_mesh, frame, hull, intersection, matrix, unit,
+)
+
+PLANE_RADIUS = 1e5  # scene units
+TEXTURED_PLANE_HALF_SIDE = 100.0  # scene units; Mitsuba's disks have polar texture coordinates, so a rectangle stands in
+
+# From the primitive's own texture coordinates to ours, homogeneous 3 x 3. A disk has (radius, azimuth); the lower cap
+# of a cylinder looks the other way, so its azimuth runs backwards.
+OWN_UV = np.eye(3)
+CAP_UV = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+LOWER_CAP_UV = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+_H = TEXTURED_PLANE_HALF_SIDE
+RECTANGLE_UV = np.array([[2 * _H, 0.0, -_H], [0.0, 2 * _H, -_H], [0.0, 0.0, 1.0]])
+
+
+@dataclass(frozen=True)
+class Part:
+    """One primitive of a shape: `sphere`, `cylinder`, `disk`, `rectangle` (unit, placed by `to_world`) or `mesh`."""
+
+    name: str
+    kind: str
+    to_world: np.ndarray | None = None  # (4, 4) float64
+    mesh: Mesh | None = None
+    uv_map: np.ndarray | None = None  # (3, 3): primitive's uv to ours; None where the primitive's uv are of no use
+
+
+def _sphere(shape):
+    # The pole of Mitsuba's sphere is its local z: local (x, y, z) goes to world (x, -z, y), which keeps handedness.
+    columns = shape.radius * np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
+    yield Part("sphere", "sphere", matrix(*columns, shape.center), uv_map=OWN_UV)
+
+
+def _cylinder(shape):
+    axis, centre, radius = unit(shape.axis), np.asarray(shape.center), shape.radius
+    t, b = (radius * v for v in frame(axis))
+    low, high = centre - shape.height * axis, centre + shape.height * axis
+    yield Part("side", "cylinder", matrix(t, b, 2 * shape.height * axis, low), uv_map=OWN_UV)
+    yield Part("top", "disk", matrix(t, b, axis, high), uv_map=CAP_UV)
+    yield Part("bottom", "disk", matrix(t, -b, -axis, low), uv_map=LOWER_CAP_UV)
+
+
+def _triangle(shape):
+    corners, uv = np.array([shape.v0, shape.v1, shape.v2]), np.array([shape.uv0, shape.uv1, shape.uv2])
+    yield Part("triangle", "mesh", mesh=Mesh(corners, np.array([[0, 1, 2]]), uv), uv_map=OWN_UV)
+
+
+def _plane(shape):
+    normal = unit(shape.normal)
+    t, b = frame(normal)
+    yield Part("plane", "disk", matrix(PLANE_RADIUS * t, PLANE_RADIUS * b, normal, shape.point))
+
+
+def _box(shape):
+    yield Part("box", "mesh", mesh=box_mesh(shape.min, shape.max), uv_map=OWN_UV)
+
+
+def _convex(shape):
+    volume = hull(shape.vertices) if shape.vertices is not None else intersection(shape.halfspaces)
+    yield Part("convex", "mesh", mesh=convex_mesh(volume), uv_map=OWN_UV)
+
+
+_PARTS = {"sphere": _sphere, "cylinder": _cylinder, "triangle": _triangle, "plane": _plane, "box": _box,
+          "convex": _convex}
+
+
+def parts(shape):
+    """Return the list of primitives that stand for a shape of the description."""
+    return list(_PARTS[shape.type](shape))
+
+
+def textured_plane(shape):
+    """Return the finite rectangle that stands for a textured plane in stock Mitsuba; its uv map is ours."""
+    normal, half = unit(shape.normal), TEXTURED_PLANE_HALF_SIDE
+    t, b = frame(normal)
+    return Part("plane", "rectangle", matrix(half * t, half * b, normal, shape.point), uv_map=RECTANGLE_UV)
+
+
+def is_unbounded(shape):
+    """Return whether a convex shape had to be clipped to become a mesh."""
+    return shape.type == "convex" and shape.vertices is None and intersection(shape.halfspaces).clipped
+
+
+def camera_matrix(camera):
+    """Return Mitsuba's camera-to-world matrix: its +x is the picture's left, so the frame is left-handed."""
+    forward = unit(np.subtract(camera.lookAt, camera.position))
+    right = unit(np.cross(camera.upVector, forward))
+    return matrix(-right, np.cross(forward, right), forward, camera.position)

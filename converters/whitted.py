@@ -1,0 +1,267 @@
+"""The exact counterpart of the binary, phong and debug modes, through Mitsuba's Python interface.
+
+Mitsuba finds the intersections, spawns the shadow and secondary rays, knows Fresnel's equations and looks up textures;
+the shading rules are written here from the scene format's definition. Nothing is shared with `renderer`.
+Stock Mitsuba has neither lights without fall-off nor Blinn-Phong, hence a loop of our own over a wavefront of rays.
+
+Mitsuba starts a secondary ray 9e-5 * (1 + greatest coordinate) off the surface. Along contact lines of two shapes, and
+within that distance of a shadow's start, the picture therefore differs from one with exact offsets.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+if mi.variant() is None:
+    mi.set_variant("llvm_ad_rgb")
+
+from converters.geometry import frame, unit  # noqa: E402
+from converters.mitsuba.as_dict import part_object, texture_object  # noqa: E402
+from converters.nesting import outside_indices  # noqa: E402
+from converters.solids import CAP_UV, LOWER_CAP_UV, camera_matrix, parts  # noqa: E402
+
+NO_SHAPE = 0xFFFFFFFF
+ATTRIBUTES = ("shape_number", "part_number")  # carried by every primitive
+NEGLIGIBLE = 1e-7  # a ray that contributes less than this share of its pixel is not followed
+UNCERTAIN = 1e-3  # pixels: how far a ray may be off by rounding of the camera's frame and of float32 directions
+EDGE_ANGLE = 0.05  # difference of unit normals within UNCERTAIN from which a pixel sees an edge
+
+
+class Counterpart:
+    """A scene in Mitsuba's hands: its objects stay alive as long as this does, as Mitsuba requires."""
+
+    def __init__(self, loaded):
+        world = loaded.description.scene
+        self.description, self.camera = loaded.description, loaded.description.camera
+        self.numbers, self.shapes = [n for n, _ in loaded.shapes], [s for _, s in loaded.shapes]
+        self.background, self.ambient = mi.Color3f(world.backgroundcolor), mi.Color3f(world.ambientlight)
+        self.lights = [(mi.Point3f(v.position), mi.Color3f(v.intensity)) for v in world.lightsources]
+        self._textures = [(k, texture_object(loaded, s.material)) for k, s in enumerate(self.shapes)
+                          if s.material.texture is not None]
+        self._tables = self._material_tables() if self.shapes else {}
+        self.scene = mi.load_dict({"type": "scene", **self._objects()}) if self.shapes else None
+        self.sensor = mi.load_dict(self._sensor())
+
+    def _objects(self):
+        """Return the primitives, each carrying the number of its shape and of its part as attributes."""
+        return {f"s{k}{part.name}": part_object(part, dict(zip(ATTRIBUTES, map(float, (k, j)))))
+                for k, shape in enumerate(self.shapes) for j, part in enumerate(parts(shape))}
+
+    def _sensor(self):
+        film = {"type": "hdrfilm", "width": self.camera.width, "height": self.camera.height, "rfilter": {"type": "box"}}
+        return {"type": "perspective", "fov": self.camera.fov, "fov_axis": "y", "near_clip": 1e-3, "far_clip": 1e5,
+                "to_world": mi.ScalarTransform4f(camera_matrix(self.camera)), "film": film}
+
+    def _material_tables(self):
+        """Return the materials' values as arrays over shapes."""
+        materials = [s.material for s in self.shapes]
+        scalar = {k: mi.Float([float(getattr(m, k)) for m in materials])
+                  for k in ("kd", "ks", "specularexponent", "refractiveindex")}
+        colour = {k: [mi.Float([getattr(m, k)[c] for m in materials]) for c in range(3)]
+                  for k in ("diffusecolor", "specularcolor")}
+        # reflectivity counts for nothing without one of the two switches.
+        share = mi.Float([m.reflectivity if m.isreflective or m.isrefractive else 0.0 for m in materials])
+        glass = mi.Float([float(m.isrefractive) for m in materials])
+        return {**scalar, **colour, "share": share, "glass": glass, "outside": mi.Float(outside_indices(self.shapes))}
+
+    def value(self, name, hit):
+        """Return a material's scalar or colour at the hits (lanes)."""
+        table = self._tables[name]
+        if isinstance(table, list):
+            return mi.Color3f(*(dr.gather(mi.Float, column, hit.shape, hit.valid) for column in table))
+        return dr.gather(mi.Float, table, hit.shape, hit.valid)
+
+    def camera_rays(self, offset=(0.0, 0.0)):
+        """Return origins and unit directions through the pixel centres, moved by `offset` pixels; row 0 is the top."""
+        width, height = self.camera.width, self.camera.height
+        pixel = dr.arange(mi.UInt32, width * height)
+        x, y = mi.Float(pixel % width) + 0.5 + offset[0], mi.Float(pixel // width) + 0.5 + offset[1]
+        ray, _ = self.sensor.sample_ray(0.0, 0.0, mi.Point2f(x / width, y / height), mi.Point2f(0.5))
+        return mi.Point3f(self.camera.position) + dr.zeros(mi.Point3f, width * height), mi.Vector3f(ray.d)
+
+    def intersect(self, origin, direction):
+        """Return the nearest hits: Mitsuba's interaction, our shape and part indices, texture coordinates and albedo."""
+        if self.scene is None:
+            nothing = dr.full(mi.Bool, False, dr.width(direction))
+            return SimpleNamespace(valid=nothing, shape=dr.zeros(mi.UInt32, dr.width(direction)))
+        si = self.scene.ray_intersect(mi.Ray3f(origin, direction))
+        valid = si.is_valid()
+        shape, part = (mi.UInt32(si.shape.eval_attribute_1(name, si, valid) + 0.5) for name in ATTRIBUTES)
+        hit = SimpleNamespace(valid=valid, si=si, t=si.t, p=si.p, n=mi.Vector3f(si.n), shape=shape, part=part)
+        hit.uv = self._uv(hit)
+        hit.albedo = self._albedo(hit)
+        return hit
+
+    def _uv(self, hit):
+        """Return the scene format's texture coordinates: Mitsuba's own, but for caps and planes."""
+        uv = mi.Vector2f(hit.si.uv)
+        for k, shape in enumerate(self.shapes):
+            here = hit.valid & (hit.shape == k)
+            if shape.type == "cylinder":
+                for part, m in ((1, CAP_UV), (2, LOWER_CAP_UV)):
+                    mapped = [float(row[0]) * hit.si.uv.x + float(row[1]) * hit.si.uv.y + float(row[2]) for row in m[:2]]
+                    uv = dr.select(here & (hit.part == part), mi.Vector2f(*mapped), uv)
+            elif shape.type == "plane":
+                d = hit.p - mi.Point3f(shape.point)
+                mapped = [dr.dot(d, mi.Vector3f(*map(float, axis))) for axis in frame(unit(shape.normal))]
+                uv = dr.select(here, mi.Vector2f(*mapped), uv)
+        return uv
+
+    def _albedo(self, hit):
+        """Return the texture's colour, or diffusecolor where there is no texture."""
+        colour = self.value("diffusecolor", hit)
+        for k, texture in self._textures:
+            si = mi.SurfaceInteraction3f(hit.si)
+            si.uv = mi.Point2f(hit.uv)
+            here = hit.valid & (hit.shape == k)
+            colour = dr.select(here, mi.Color3f(texture.eval(si, here)), colour)
+        return colour
+
+
+def _local_shading(counterpart, hit, normal, to_viewer):
+    """Return the light reflected towards the viewer without mirror and glass; `normal` faces the viewer."""
+    kd, ks = counterpart.value("kd", hit), counterpart.value("ks", hit)
+    exponent, specular = counterpart.value("specularexponent", hit), counterpart.value("specularcolor", hit)
+    result = counterpart.ambient * hit.albedo
+    for position, intensity in counterpart.lights:
+        to_light = dr.normalize(position - hit.p)
+        half = dr.normalize(to_light + to_viewer)
+        cosine = dr.dot(normal, to_light)
+        lit = hit.valid & (cosine > 0)
+        lit &= ~counterpart.scene.ray_test(hit.si.spawn_ray_to(position), lit)
+        # power(0, 0) is NaN in Dr.Jit, whereas an exponent of 0 means a constant highlight.
+        highlight = dr.power(dr.maximum(dr.dot(normal, half), 1e-8), exponent)
+        term = kd * hit.albedo * cosine + ks * specular * highlight
+        result += dr.select(lit, term * intensity, 0)
+    return result
+
+
+def _radiance(counterpart):
+    """Return (H * W, 3) float64 linear colour of the phong mode, one ray through each pixel centre."""
+    origin, direction = counterpart.camera_rays()
+    width = dr.width(direction)
+    out = [dr.zeros(mi.Float, width) for _ in range(3)]
+    weight, pixel = mi.Color3f(dr.full(mi.Float, 1, width)), dr.arange(mi.UInt32, width)
+
+    def add(mask, value):
+        for channel, component in zip(out, value):
+            dr.scatter_reduce(dr.ReduceOp.Add, channel, component, pixel, mask)
+
+    bounces = counterpart.description.nbounces
+    for depth in range(bounces + 1):
+        hit = counterpart.intersect(origin, direction)
+        add(~hit.valid, weight * counterpart.background)
+        if counterpart.scene is None:
+            break
+        to_viewer = -direction
+        inside = dr.dot(hit.n, to_viewer) < 0
+        normal = dr.select(inside, -hit.n, hit.n)
+        share = counterpart.value("share", hit)
+        add(hit.valid & (share < 1), weight * (1 - share) * _local_shading(counterpart, hit, normal, to_viewer))
+        if depth == bounces:
+            add(hit.valid & (share > 0), weight * share * counterpart.background)
+            break
+        branches = _branches(counterpart, hit, normal, inside, to_viewer, weight * share, pixel)
+        dr.eval(out)
+        if branches is None:
+            break
+        origin, direction, weight, pixel = branches
+    dr.eval(out)
+    return np.stack([np.array(channel, dtype=np.float64) for channel in out], axis=-1)
+
+
+def _branches(counterpart, hit, normal, inside, to_viewer, weight, pixel):
+    """Return origins, directions, weights and pixels of the reflected and refracted rays that matter, or None."""
+    eta = counterpart.value("refractiveindex", hit) / counterpart.value("outside", hit)
+    eta = dr.select(inside, 1 / eta, eta)  # index ahead over index behind
+    cosine = dr.dot(normal, to_viewer)
+    glass = counterpart.value("glass", hit) > 0
+    fresnel = dr.select(glass, mi.fresnel(cosine, eta)[0], 1)
+    cosine_in = dr.sqrt(dr.maximum(1 - (1 - cosine * cosine) / (eta * eta), 0))
+    reflected = 2 * cosine * normal - to_viewer
+    refracted = normal * (cosine / eta - cosine_in) - to_viewer / eta
+    kept = []
+    for mask, ahead, share in ((hit.valid, reflected, weight * fresnel), (hit.valid & glass, refracted, weight * (1 - fresnel))):
+        index = dr.compress(mask & (dr.max(share) > NEGLIGIBLE))
+        if len(index):
+            spawned = hit.si.spawn_ray(mi.Vector3f(ahead))
+            kept.append((dr.gather(mi.Point3f, spawned.o, index), dr.gather(mi.Vector3f, mi.Vector3f(ahead), index),
+                         dr.gather(mi.Color3f, mi.Color3f(share), index), dr.gather(mi.UInt32, pixel, index)))
+    if len(kept) < 2:
+        return kept[0] if kept else None
+    joined = tuple(type(a)(*(dr.concat([a[c], b[c]]) for c in range(3))) for a, b in zip(kept[0][:3], kept[1][:3]))
+    joined = (*joined, dr.concat([kept[0][3], kept[1][3]]))
+    dr.eval(joined)
+    return joined
+
+
+def first_hits(loaded, offset=(0.0, 0.0)):
+    """Return what the camera sees first, a dict of (H, W[, 3]) arrays; rays may be moved by `offset` pixels.
+
+    `hit` (bool), `depth` (scene units along the unit ray), `normal` (outward, geometric), `uv`, `albedo` (linear),
+    `shape` (uint32, index in the file, NO_SHAPE where nothing is hit), `part` (uint32, primitive within the shape).
+    """
+    counterpart = Counterpart(loaded)
+    return _first_hits(counterpart, offset)
+
+
+def _first_hits(counterpart, offset):
+    hit = counterpart.intersect(*counterpart.camera_rays(offset))
+    size = (counterpart.camera.height, counterpart.camera.width)
+    mask = np.array(hit.valid).reshape(size)
+    numbers = np.array([*counterpart.numbers, NO_SHAPE], dtype=np.uint32)
+    shape = numbers[np.where(mask, np.array(hit.shape).reshape(size), len(numbers) - 1)]
+    result = {"hit": mask, "shape": shape}
+    names = {"depth": ("t", 1), "normal": ("n", 3), "uv": ("uv", 2), "albedo": ("albedo", 3), "part": ("part", 1)}
+    for name, (attribute, channels) in names.items():
+        where = mask if channels == 1 else mask[..., None]
+        if counterpart.scene is None:
+            result[name] = np.zeros(size if channels == 1 else (*size, channels))
+            continue
+        value = np.array(getattr(hit, attribute))
+        value = value.reshape(size) if channels == 1 else value.T.reshape(*size, channels)
+        result[name] = np.where(where, value, 0)
+    return result
+
+
+def reference(loaded, mode=None):
+    """Return Mitsuba's version of the scene: first_hits' arrays, and in binary and phong mode `rgb` (H, W, 3) linear.
+
+    `mode` overrides the scene's; binary is red (1, 0, 0) where something is hit.
+    """
+    counterpart = Counterpart(loaded)
+    mode = mode or loaded.description.rendermode
+    result = _first_hits(counterpart, (0.0, 0.0))
+    if mode == "binary":
+        result["rgb"] = result["hit"][..., None] * np.array([1.0, 0.0, 0.0])
+    elif mode == "phong":
+        result["rgb"] = _radiance(counterpart).reshape(*result["hit"].shape, 3)
+    return result
+
+
+CORNERS = ((-1, -1), (1, -1), (-1, 1), (1, 1))
+
+
+def neighbours(loaded, eps_px=UNCERTAIN):
+    """Return first_hits for rays moved by `eps_px` towards the four corners of the pixel: what rounding may do."""
+    counterpart = Counterpart(loaded)
+    return [_first_hits(counterpart, (x * eps_px, y * eps_px)) for x, y in CORNERS]
+
+
+def mask_uncertain(loaded, eps_px=UNCERTAIN, edges=False):
+    """Return (H, W) bool: pixels whose shape is not the same for all rays within `eps_px` of their centre.
+
+    With `edges` also those that see an edge within one shape (another primitive, or a bent normal).
+    """
+    centre = first_hits(loaded)
+    uncertain = np.zeros(centre["hit"].shape, dtype=bool)
+    for moved in neighbours(loaded, eps_px):
+        uncertain |= moved["shape"] != centre["shape"]
+        if edges:
+            uncertain |= moved["part"] != centre["part"]
+            uncertain |= np.abs(moved["normal"] - centre["normal"]).max(axis=-1) > EDGE_ANGLE
+    return uncertain
