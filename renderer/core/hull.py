@@ -1,0 +1,58 @@
+"""Convex volumes on the host: half-spaces from whichever description the scene gives."""
+
+import itertools
+import math
+from functools import lru_cache
+
+SAME_PLANE = 9  # decimals to which unit normals and offsets of facets agree that lie in one plane
+
+
+@lru_cache(maxsize=1024)
+def unit_halfspaces(halfspaces, vertices):
+    """Return the half-spaces (nx, ny, nz, d), n.p <= d with unit n, of a volume given by either of the two.
+
+    `halfspaces` is a tuple of 4-tuples with normals of any length, or None; then the volume is the hull of
+    `vertices`, a tuple of points that do not lie in one plane.
+    """
+    if halfspaces is not None:
+        return tuple(
+            tuple(value / math.hypot(a, b, c) for value in (a, b, c, d)) for a, b, c, d in halfspaces
+        )
+    from scipy.spatial import ConvexHull  # slow to import, rarely needed
+
+    # a facet with more than three corners comes as several triangles with almost the same plane
+    facets = {}
+    for a, b, c, minus_d in ConvexHull(vertices).equations.tolist():
+        facets.setdefault(tuple(round(value, SAME_PLANE) for value in (a, b, c, minus_d)), (a, b, c, -minus_d))
+    return tuple(facets.values())
+
+
+def interior_point(planes):
+    """Return (point, radius): the middle of the largest ball inside unit half-spaces, its radius at most 1.
+
+    The radius is 0 or less, and the point None, where the intersection is empty or flat.
+    """
+    from scipy.optimize import linprog
+
+    rows = [(a, b, c, 1.0) for a, b, c, _ in planes]
+    offsets = [d for *_, d in planes]
+    bounds = [(None, None)] * 3 + [(None, 1.0)]
+    answer = linprog([0, 0, 0, -1], A_ub=rows, b_ub=offsets, bounds=bounds, method="highs")
+    if answer.status != 0 or answer.x[3] <= 0:
+        return None, 0.0
+    return answer.x[:3].tolist(), float(answer.x[3])
+
+
+@lru_cache(maxsize=1024)
+def corners(halfspaces, vertices):
+    """Return the corners of a convex volume (arguments as above); none where it is unbounded or empty."""
+    if vertices is not None:
+        return vertices
+    from scipy.spatial import HalfspaceIntersection
+
+    planes = unit_halfspaces(halfspaces, None)
+    inside, _ = interior_point(planes)
+    if inside is None:
+        return ()
+    found = HalfspaceIntersection([(a, b, c, -d) for a, b, c, d in planes], inside).intersections.tolist()
+    return tuple(map(tuple, found)) if all(map(math.isfinite, itertools.chain(*found))) else ()

@@ -1,0 +1,35 @@
+"""Tolerances and numeric helpers of the kernels, each with its reason.
+
+Kernels are compiled with fast-math, so that infinities and NaN must never decide anything: "no hit" is the finite
+distance FAR, and denominators that may vanish are moved away from zero instead of divided by.
+"""
+
+import drjit as dr
+
+from renderer.core.backend import Float
+
+EPSILON = 2.0**-24  # unit roundoff of float32
+FAR = 1e30  # scene units: no hit; its square stays finite in float32
+TINY = 1e-30  # below every meaningful direction component; its reciprocal is FAR
+EDGE_TOLERANCE = 2.0**-20  # barycentric; neighbours overlap by 16 roundoffs so that no ray slips through their edge
+LEAVE_ULPS = 16.0  # roundoffs of |o| below which a hit is the rounding of the surface just left
+
+
+def away_from_zero(x):
+    """Return x, replaced by +-TINY where its magnitude is smaller; NaN stays NaN."""
+    return dr.select(abs(x) < TINY, dr.copysign(Float(TINY), x), x)
+
+
+def lesser(a, b):
+    """Return the smaller; b where either is NaN (one instruction, which dr.minimum is not)."""
+    return dr.select(a < b, a, b)
+
+
+def greater(a, b):
+    """Return the larger; b where either is NaN."""
+    return dr.select(a > b, a, b)
+
+
+def safe_sqrt(x):
+    """Return the square root of x clamped to 0 from below; NaN gives 0."""
+    return dr.sqrt(greater(x, Float(0)))

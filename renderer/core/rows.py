@@ -1,0 +1,82 @@
+"""Parameter records as device data: structure is code, values are data.
+
+A kernel reads record k by a literal index (one scalar load), or the record of each lane by a lane index. The
+kernel's code depends on how many records there are, never on what they hold, so that an edited value finds the
+compiled kernel in the cache.
+"""
+
+import drjit as dr
+
+from renderer.core.backend import Float, UInt32, Vector3f
+
+SELECT_LIMIT = 12  # records; up to here a chain of selects is faster than a gather, which costs a load a lane
+UNROLL_LIMIT = 32  # iterations; longer loops are traced once instead of unrolled
+
+
+class Rows:
+    """`count` records of `width` values each, of one array type."""
+
+    def __init__(self, records, array_type=Float):
+        self.count, self.width = len(records), len(records[0])
+        self._type = array_type
+        self._data = array_type([value for record in records for value in record])
+        dr.eval(self._data)
+
+    def __getitem__(self, index):
+        """Return the record at a literal index (int) or at a lane index (UInt32)."""
+        return Row(self, index)
+
+    def row(self, index, active):
+        """Return the record at a lane index that is only meaningful where `active`."""
+        return Row(self, index, active)
+
+    def read(self, index, column, active, masks):
+        """Return one column of one record, or of one record a lane."""
+        if isinstance(index, int):
+            return dr.gather(self._type, self._data, UInt32(index * self.width + column))
+        if masks is None:
+            return dr.gather(self._type, self._data, index * self.width + column, active)
+        value = self.read(0, column, True, None)
+        for k, mask in enumerate(masks, start=1):
+            value = dr.select(mask, self.read(k, column, True, None), value)
+        return value
+
+
+class Row:
+    """One record of Rows, read column by column."""
+
+    def __init__(self, rows, index, active=True):
+        self._rows, self._index, self._active, self._masks = rows, index, active, None
+        if not isinstance(index, int) and rows.count <= SELECT_LIMIT:
+            self._masks = [index == k for k in range(1, rows.count)]
+
+    def __getitem__(self, column):
+        return self._rows.read(self._index, column, self._active, self._masks)
+
+    @property
+    def width(self):
+        """Columns of the record."""
+        return self._rows.width
+
+    def vector(self, column):
+        """Return three neighbouring columns as a vector."""
+        return Vector3f(self[column], self[column + 1], self[column + 2])
+
+
+def repeat(count, body, state, label):
+    """Return `state` after `state = body(i, *state)` for i from 0 to count - 1.
+
+    `i` is an int where the loop is short enough to be unrolled, else a UInt32 of lanes.
+    """
+    if count <= UNROLL_LIMIT:
+        for i in range(count):
+            state = body(i, *state)
+        return state
+    counter = dr.zeros(UInt32, max(dr.width(part) for part in state))
+    result = dr.while_loop(
+        (counter, *state),
+        lambda i, *rest: i < count,
+        lambda i, *rest: (i + 1, *body(i, *rest)),
+        label=label,
+    )
+    return result[1:]

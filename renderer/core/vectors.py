@@ -1,0 +1,33 @@
+"""Vectors on the host: lists of three floats, in double precision, for building."""
+
+import math
+
+
+def unit(vector):
+    """Return the vector scaled to length 1."""
+    length = math.hypot(*vector)
+    return [component / length for component in vector]
+
+
+def cross(a, b):
+    """Return the cross product."""
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def dot(a, b):
+    """Return the dot product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def subtract(a, b):
+    """Return a - b."""
+    return [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+
+
+def frame(normal):
+    """Return the tangents (t, b) of a unit normal that texture coordinates are measured along.
+
+    t = unit(y x n), or unit(z x n) where n is within acos 0.9 of the y axis; b = n x t.
+    """
+    t = unit(cross([0.0, 1.0, 0.0] if abs(normal[1]) < 0.9 else [0.0, 0.0, 1.0], normal))
+    return t, cross(normal, t)

@@ -1,0 +1,21 @@
+"""What an integrator provides to the loop that feeds it camera rays, and the registry by render mode.
+
+An integrator works on lanes that each follow one camera ray until its radiance is known:
+- `start(lanes)` returns the state of lanes that have nothing to do yet;
+- `restart(state, where, o, d)` puts a fresh camera ray into the lanes `where`;
+- `step(state) -> (radiance, alive, state)` follows each lane's ray to its next hit, and returns what this adds to the
+  pixel and whether the lane needs another step.
+"""
+
+INTEGRATORS = {}
+
+
+def register(mode):
+    """Return a class decorator that registers an integrator under a render mode."""
+
+    def enter(integrator):
+        assert mode not in INTEGRATORS, mode
+        INTEGRATORS[mode] = integrator
+        return integrator
+
+    return enter

@@ -1,0 +1,144 @@
+"""Phong mode: Blinn-Phong shading with hard shadows, mirror reflection and glass, after Whitted [Whitted1980].
+
+Local colour, summed over the lights that are visible and in front (N.L > 0):
+  I (kd Cd N.L + ks Cs (N.H)^e), plus ambient Cd; N faces the viewer, H = unit(L + V) [Blinn1977].
+A mirror or glass with share rho gives (1 - rho) local + rho reflected; for glass the second part is split by the
+Fresnel equations between reflected and refracted ray, both of which are followed, to the last bounce. A ray without
+bounces left, or without a hit, brings the background's colour.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+
+from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.fresnel import dielectric, reflect, refract
+from renderer.core.numeric import TINY, greater
+from renderer.core.records import NO_SHAPE, Ray
+from renderer.core.rows import repeat
+from renderer.integrators.base import register
+from renderer.scene.compiled import ETA, EXPONENT, GLASS, KD, SHARE, SPECULAR, leave
+
+
+@dataclass
+class Segment:
+    """A ray on its way, and what it is worth."""
+
+    o: Vector3f
+    d: Vector3f
+    left_index: UInt32  # the shape it left, NO_SHAPE for the camera
+    left_inwards: Bool
+    weight: Float  # share of its radiance in the pixel
+    depth: UInt32  # bounces so far
+
+
+@dataclass
+class Tree:
+    """The ray tree of each lane: the segment at hand, and those that wait."""
+
+    now: Segment
+    waiting: dr.Local | None  # stack of Segments; None without glass
+    waiting_count: UInt32
+
+
+@register("phong")
+class Phong:
+    """See the module docstring. Without mirrors and glass a lane ends after one step and nothing else is compiled."""
+
+    def __init__(self, scene, bounces):
+        self._scene = scene
+        self._bounces = bounces
+        self._limit = dr.opaque(UInt32, bounces)
+        # one segment a level waits while its sibling is followed
+        self._stack_size = bounces if scene.has_glass else 0
+
+    def start(self, lanes):
+        """Return lanes without a ray."""
+        now = dr.zeros(Segment, lanes)
+        waiting = dr.alloc_local(Segment, self._stack_size) if self._stack_size else None
+        return Tree(now, waiting, dr.zeros(UInt32, lanes))
+
+    def restart(self, tree, where, o, d):
+        """Return the tree with fresh camera rays in the lanes `where`."""
+        fresh = Segment(o, d, UInt32(NO_SHAPE), Bool(False), Float(1), UInt32(0))
+        return Tree(dr.select(where, fresh, tree.now), tree.waiting, tree.waiting_count)
+
+    def step(self, tree):
+        """Return what the segment at hand brings, whether the lane has another one, and the tree with that one."""
+        scene, now = self._scene, tree.now
+        ray = Ray(now.o, now.d, now.left_index, now.left_inwards) if scene.has_mirrors else Ray(now.o, now.d)
+        hit = scene.intersect(ray)
+        if not scene.shapes:
+            return now.weight * scene.background, Bool(False), tree
+
+        surface = scene.surface(ray, hit, with_uv=bool(scene.textures))
+        material = scene.material(hit)
+        entering = dr.dot(surface.n_geo, ray.d) < 0
+        n = dr.select(entering, surface.n_geo, -surface.n_geo)
+        local = self._local(hit, surface, material, n, -ray.d)
+        if not scene.has_mirrors:
+            return now.weight * dr.select(hit.valid, local, scene.background), Bool(False), tree
+
+        share = dr.select(hit.valid, material[SHARE], 0)
+        last = now.depth >= self._limit
+        radiance = dr.select(hit.valid, (1 - share) * local, scene.background)
+        radiance = now.weight * (radiance + dr.select(last, share, 0) * scene.background)
+        onward = (share > 0) & ~last
+
+        cos_i = -dr.dot(n, ray.d)
+        mirrored = self._segment(now, surface, hit, reflect(ray.d, n, cos_i), share)
+        if not scene.has_glass:
+            return radiance, onward, Tree(mirrored, None, tree.waiting_count)
+        eta = dr.select(entering, material[ETA], dr.rcp(material[ETA]))
+        reflectance, cos_t = dielectric(cos_i, eta)
+        reflectance = dr.select(material[GLASS] > 0, reflectance, 1)
+        through = self._segment(
+            now, surface, hit, refract(ray.d, n, cos_i, cos_t, eta), share * (1 - reflectance)
+        )
+        mirrored.weight *= reflectance
+        return radiance, *self._branch(tree, mirrored, through, onward)
+
+    def _local(self, hit, surface, material, n, wi):
+        """Return the colour of the surface itself, shadows included."""
+        scene = self._scene
+        diffuse = scene.diffuse_colour(hit, surface, material)
+        kd_diffuse, specular, exponent = material[KD] * diffuse, material.vector(SPECULAR), material[EXPONENT]
+        colour = scene.ambient * diffuse
+
+        for group in scene.lights:
+
+            def add(k, colour, group=group):
+                light = group.kind.sample(group.rows[k], surface.p)
+                cos_o = dr.dot(n, light.wo)
+                facing = hit.valid & (cos_o > 0)
+                lit = facing & ~scene.occluded(leave(surface, hit.index, light.wo), light.distance, facing)
+                # clamped so that the power is 1, not undefined, at exponent 0 and a highlight of 0
+                highlight = dr.power(greater(dr.dot(n, dr.normalize(wi + light.wo)), TINY), exponent)
+                return (colour + dr.select(lit, light.radiance * (kd_diffuse * cos_o + specular * highlight), 0),)
+
+            (colour,) = repeat(group.rows.count, add, (colour,), f"lights {group.kind.name}")
+        return colour
+
+    @staticmethod
+    def _segment(now, surface, hit, direction, share):
+        """Return the segment that goes on from a hit."""
+        ray = leave(surface, hit.index, direction)
+        return Segment(ray.o, ray.d, ray.left_index, ray.left_inwards, now.weight * share, now.depth + 1)
+
+    def _branch(self, tree, mirrored, through, onward):
+        """Return whether each lane goes on, and its tree: one child is followed, its sibling waits, or a waiting one is taken."""
+        goes_back, goes_through = onward & (mirrored.weight > 0), onward & (through.weight > 0)
+        if not self._stack_size:
+            return Bool(False), tree
+        both = goes_back & goes_through
+        tree.waiting.write(mirrored, tree.waiting_count, both)
+        count = tree.waiting_count + dr.select(both, UInt32(1), 0)
+
+        ended = ~goes_back & ~goes_through
+        waits = ended & (count > 0)
+        count = dr.select(waits, count - 1, count)
+        waiting = tree.waiting.read(count, waits)
+        now = dr.select(goes_through, through, mirrored)
+        return ~ended | waits, Tree(dr.select(waits, waiting, now), tree.waiting, count)

@@ -1,0 +1,6 @@
+"""Shape kinds, each in a module of its name; importing this package registers them all."""
+
+from renderer.shapes import box, convex, cylinder, plane, sphere, triangle
+from renderer.shapes.base import KINDS
+
+__all__ = ["KINDS", "box", "convex", "cylinder", "plane", "sphere", "triangle"]

@@ -1,0 +1,71 @@
+"""What a shape kind provides, and the registry that finds it by its name in the scene file.
+
+A kind is a set of stateless functions on lanes; `row` reads the parameters of one instance, or of one instance a
+lane, in the columns that `pack` wrote. All vectors are in world space, distances in scene units along unit directions.
+
+- `pack(shape, columns)`: host; the validated description as a list of floats, computed in double precision.
+- solids: `interval(row, ray) -> (near, far)`, the part of the line inside the convex volume; empty where near > far.
+- sheets: `distance(row, ray) -> t`, FAR or negative where the line misses.
+- `surface(row, p) -> Surface`: the point moved onto the shape, with the outward unit normal.
+- `texture_coordinates(row, surface) -> Vector2f`.
+- `columns(shapes) -> int`: the record width that these instances need.
+
+No function may return NaN for a unit direction and finite parameters.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import drjit as dr
+
+from renderer.core.backend import Float, Vector2f, Vector3f
+
+
+@dataclass(frozen=True)
+class ShapeKind:
+    """The functions of one kind of shape; see the module docstring for their contracts."""
+
+    name: str
+    pack: Callable
+    surface: Callable
+    texture_coordinates: Callable
+    interval: Callable | None = None  # solids
+    distance: Callable | None = None  # sheets
+    columns: Callable | None = None  # None: every record is as wide as `pack` makes it
+
+    @property
+    def solid(self):
+        """Whether the kind encloses a volume."""
+        return self.interval is not None
+
+
+KINDS = {}
+
+
+def register(kind):
+    """Add a kind to those that scenes may name."""
+    assert kind.name not in KINDS, kind.name
+    assert (kind.interval is None) != (kind.distance is None), kind.name
+    KINDS[kind.name] = kind
+
+
+def turn(y, x):
+    """Return the angle of (x, y) as a fraction of a full turn in [0, 1)."""
+    fraction = dr.atan2(y, x) * (0.5 / math.pi)
+    return fraction - dr.floor(fraction)
+
+
+def lane_frame(normal):
+    """Return `frame` for a unit normal in lanes."""
+    x_axis = Vector3f(normal.z, 0, -normal.x)  # y x n
+    y_axis = Vector3f(-normal.y, normal.x, 0)  # z x n
+    t = dr.normalize(dr.select(abs(normal.y) < Float(0.9), x_axis, y_axis))
+    return t, dr.cross(normal, t)
+
+
+def uv(u, v):
+    """Return texture coordinates."""
+    return Vector2f(u, v)

@@ -1,0 +1,59 @@
+"""Axis-aligned box: three slabs [Kay1986]."""
+
+import drjit as dr
+
+from renderer.core.backend import Float, Vector3f
+from renderer.core.numeric import away_from_zero, greater, lesser
+from renderer.core.records import Surface
+from renderer.shapes.base import ShapeKind, register, uv
+
+CENTER, HALF = 0, 3
+
+
+def pack(shape, columns=None):
+    """Return the middle and the half edge lengths."""
+    middle = [0.5 * (low + high) for low, high in zip(shape.min, shape.max)]
+    half = [0.5 * (high - low) for low, high in zip(shape.min, shape.max)]
+    return [*middle, *half]
+
+
+def interval(row, ray):
+    """Return where the line enters and leaves the box."""
+    to_middle, half = row.vector(CENTER) - ray.o, row.vector(HALF)
+    near, far = None, None
+    for axis in range(3):
+        rate = dr.rcp(away_from_zero(ray.d[axis]))
+        middle, reach = to_middle[axis] * rate, half[axis] * abs(rate)
+        near = middle - reach if near is None else greater(middle - reach, near)
+        far = middle + reach if far is None else lesser(middle + reach, far)
+    return near, far
+
+
+def _face(row, p):
+    """Return p relative to the middle and three masks, of which the one of p's face is set."""
+    q, half = p - row.vector(CENTER), row.vector(HALF)
+    outside = [abs(q[axis]) - half[axis] for axis in range(3)]
+    on_x = (outside[0] >= outside[1]) & (outside[0] >= outside[2])
+    on_y = ~on_x & (outside[1] >= outside[2])
+    return q, (on_x, on_y, ~on_x & ~on_y)
+
+
+def surface(row, p):
+    """Return p moved onto the nearest face."""
+    q, faces = _face(row, p)
+    half, middle = row.vector(HALF), row.vector(CENTER)
+    moved, n = Vector3f(p), Vector3f(0)
+    for axis, on_face in enumerate(faces):
+        moved[axis] = dr.select(on_face, middle[axis] + dr.copysign(half[axis], q[axis]), p[axis])
+        n[axis] = dr.select(on_face, dr.copysign(Float(1), q[axis]), 0)
+    return Surface(moved, n)
+
+
+def texture_coordinates(row, surface):
+    """Return the position on the face from 0 to 1: faces across x run along z and down y, others along x and down y or up z."""
+    q, (on_x, on_y, _) = _face(row, surface.p)
+    x, y, z = (0.5 + 0.5 * q[axis] / row[HALF + axis] for axis in range(3))
+    return uv(dr.select(on_x, z, x), dr.select(on_y, z, 1 - y))
+
+
+register(ShapeKind("box", pack, surface, texture_coordinates, interval=interval))

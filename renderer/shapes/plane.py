@@ -1,0 +1,38 @@
+"""Infinite plane, seen from both sides."""
+
+import drjit as dr
+
+from renderer.core.numeric import away_from_zero
+from renderer.core.records import Surface
+from renderer.core.vectors import frame, unit
+from renderer.shapes.base import ShapeKind, register, uv
+
+POINT, NORMAL, TANGENT, BITANGENT = 0, 3, 6, 9
+
+
+def pack(shape, columns=None):
+    """Return the point, the unit normal and the two axes of the texture."""
+    normal = unit(shape.normal)
+    tangent, bitangent = frame(normal)
+    return [*shape.point, *normal, *tangent, *bitangent]
+
+
+def distance(row, ray):
+    """Return the distance to the plane along the line; beyond FAR for a line within it."""
+    n = row.vector(NORMAL)
+    return dr.dot(n, row.vector(POINT) - ray.o) / away_from_zero(dr.dot(n, ray.d))
+
+
+def surface(row, p):
+    """Return p projected along the normal into the plane."""
+    n = row.vector(NORMAL)
+    return Surface(p - n * dr.dot(n, p - row.vector(POINT)), n)
+
+
+def texture_coordinates(row, surface):
+    """Return the distances from the point along the plane's two axes."""
+    q = surface.p - row.vector(POINT)
+    return uv(dr.dot(q, row.vector(TANGENT)), dr.dot(q, row.vector(BITANGENT)))
+
+
+register(ShapeKind("plane", pack, surface, texture_coordinates, distance=distance))

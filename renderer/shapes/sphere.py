@@ -1,0 +1,45 @@
+"""Sphere.
+
+The discriminant is taken from the ray's distance to the centre, r^2 - |f + b d|^2 with f = o - c and b = -f.d, and
+not from b^2 - 4ac, which cancels for small or distant spheres [Haines2019, sec. 7.3].
+"""
+
+import math
+
+import drjit as dr
+
+from renderer.core.numeric import FAR, safe_sqrt
+from renderer.core.records import Surface
+from renderer.shapes.base import ShapeKind, register, turn, uv
+
+CENTER, RADIUS = 0, 3
+
+
+def pack(shape, columns=None):
+    """Return centre and radius."""
+    return [*shape.center, shape.radius]
+
+
+def interval(row, ray):
+    """Return where the line enters and leaves the ball."""
+    f = ray.o - row.vector(CENTER)
+    b = -dr.dot(f, ray.d)
+    discriminant = dr.square(row[RADIUS]) - dr.squared_norm(dr.fma(ray.d, b, f))
+    half = safe_sqrt(discriminant)
+    inside = discriminant >= 0
+    return dr.select(inside, b - half, FAR), dr.select(inside, b + half, -FAR)
+
+
+def surface(row, p):
+    """Return the radial projection of p and its normal."""
+    n = dr.normalize(p - row.vector(CENTER))
+    return Surface(dr.fma(n, row[RADIUS], row.vector(CENTER)), n)
+
+
+def texture_coordinates(row, surface):
+    """Return longitude around +y in turns, and latitude from the north pole (0) to the south pole (1)."""
+    n = surface.n_geo
+    return uv(turn(-n.z, n.x), dr.safe_acos(n.y) * (1 / math.pi))
+
+
+register(ShapeKind("sphere", pack, surface, texture_coordinates, interval=interval))

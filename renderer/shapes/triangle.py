@@ -1,0 +1,53 @@
+"""Triangle, seen from both sides.
+
+The plane is intersected first; barycentric coordinates of the hit are dot products with the dual edges
+g1 = e2 x n / |n|^2 and g2 = n x e1 / |n|^2 (n = e1 x e2, not normalised), computed once in double precision: b1 = g1.(p - v0), b2 = g2.(p - v0).
+"""
+
+import drjit as dr
+
+from renderer.core.numeric import EDGE_TOLERANCE, FAR, away_from_zero
+from renderer.core.records import Surface
+from renderer.core.vectors import cross, dot, subtract, unit
+from renderer.shapes.base import ShapeKind, register, uv
+
+V0, NORMAL, DUAL1, DUAL2, UV0, UV1, UV2 = 0, 3, 6, 9, 12, 14, 16
+
+
+def pack(shape, columns=None):
+    """Return v0, unit normal, dual edges, and the corners' texture coordinates."""
+    e1 = subtract(shape.v1, shape.v0)
+    e2 = subtract(shape.v2, shape.v0)
+    n = cross(e1, e2)
+    scale = 1 / dot(n, n)
+    dual1 = [scale * component for component in cross(e2, n)]
+    dual2 = [scale * component for component in cross(n, e1)]
+    corners = (*shape.uv0, *shape.uv1, *shape.uv2)
+    return [*shape.v0, *unit(n), *dual1, *dual2, *corners]
+
+
+def distance(row, ray):
+    """Return the distance to the triangle along the line, FAR beside it."""
+    n = row.vector(NORMAL)
+    to_corner = row.vector(V0) - ray.o
+    t = dr.dot(n, to_corner) / away_from_zero(dr.dot(n, ray.d))
+    q = dr.fma(ray.d, t, -to_corner)
+    b1, b2 = dr.dot(row.vector(DUAL1), q), dr.dot(row.vector(DUAL2), q)
+    inside = (b1 >= -EDGE_TOLERANCE) & (b2 >= -EDGE_TOLERANCE) & (b1 + b2 <= 1 + EDGE_TOLERANCE)
+    return dr.select(inside, t, FAR)
+
+
+def surface(row, p):
+    """Return p projected along the normal into the triangle's plane."""
+    n = row.vector(NORMAL)
+    return Surface(p - n * dr.dot(n, p - row.vector(V0)), n)
+
+
+def texture_coordinates(row, surface):
+    """Return the barycentric mean of the corners' coordinates."""
+    q = surface.p - row.vector(V0)
+    b1, b2 = dr.dot(row.vector(DUAL1), q), dr.dot(row.vector(DUAL2), q)
+    return uv(*(row[UV0 + k] * (1 - b1 - b2) + row[UV1 + k] * b1 + row[UV2 + k] * b2 for k in range(2)))
+
+
+register(ShapeKind("triangle", pack, surface, texture_coordinates, distance=distance))
