@@ -33,7 +33,8 @@ def check_writable(path):
         raise UsageError(f"{path}: cannot be written: it is a folder") from None
     except FileNotFoundError:
         folder = os.path.dirname(os.path.realpath(path))
-        raise UsageError(f"{path}: cannot be written: there is no folder {folder}") from None
+        why = f"there is no folder {folder}" if not os.path.isdir(folder) else "the folder takes no new files"
+        raise UsageError(f"{path}: cannot be written: {why}") from None
     except OSError as error:
         raise UsageError(f"{path}: cannot be written: {reason(error)}") from None
 
