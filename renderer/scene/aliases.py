@@ -1,6 +1,287 @@
-"""Strangers' spellings."""
+"""Strangers' spellings of scene keys, translated to ours, and foreign features that are recognised and left out.
+
+Public solutions of the coursework extended its format in many ways. A file that uses their words still renders: what
+is understood is translated with a note, what this version does not render is said in words. Only files in which
+something unknown was found come here. The tables below are also the alias table of the reference page.
+"""
+
+from __future__ import annotations
+
+from renderer.scene import schema
+from renderer.scene.values import AT_KEY, NOTE, NOTHING, WARNING, Finding, linked, nearest, quoted
+
+# Besides these, a key that differs from ours only in case, blanks, hyphens or underscores is understood.
+RENAMED = {
+    "file": {"camera samples": "samples", "spp": "samples", "samplesPerPixel": "samples", "maxBounces": "nbounces",
+             "maxDepth": "nbounces", "mode": "rendermode"},
+    "camera": {"up": "upVector", "target": "lookAt", "eye": "position", "verticalFov": "fov"},
+    "scene": {"lights": "lightsources", "objects": "shapes", "background": "backgroundcolor",
+              "ambient": "ambientlight", "ambientcolor": "ambientlight"},
+    "light": {"color": "intensity"},
+    "shape": {"centre": "center", "uv_0": "uv0", "uv_1": "uv1", "uv_2": "uv2"},
+    "material": {"texturefile": "texture", "texturepath": "texture", "textureFilename": "texture",
+                 "color": "diffusecolor", "ior": "refractiveindex", "shininess": "specularexponent"},
+}
+LENS = "depth of field is not rendered by this version; rendered as a pinhole"
+CURVE = "this version has no such tone mapping setting; see tonemap and exposure"
+MOTION = "animation is not rendered by this version; rendered at rest"
+FALL_OFF = "lights do not fall off with distance in phong mode"
+AREA = "soft shadows are not rendered by this version"
+ROUGHNESS = "microfacet materials are not rendered by this version; the Blinn-Phong keys count"
+EMISSION = "emission is not rendered by this version; the shape does not shine"
+MAPPING = "the mapping of this texture cannot be changed in this version, except by scaleU and scaleV"
+UNRENDERED = {
+    "file": {"shadow samples": AREA, "frames": MOTION, "animation path": MOTION, "animations": MOTION,
+             "animated objects": MOTION},
+    "camera": dict.fromkeys(("aperture", "apertureSize", "apertureRadius", "diameter", "lensRadius", "focalDistance",
+                             "focalLength", "focusDistance", "focus_distance"), LENS) | {"gamma": CURVE, "Lw": CURVE},
+    "scene": {},
+    "light": {"kc": FALL_OFF, "kl": FALL_OFF, "kq": FALL_OFF, "samples": AREA},
+    "shape": {"uvsphere": MAPPING, "uvcylinder": MAPPING, "euler": MAPPING, "emission": EMISSION, "alias": MOTION},
+    "material": dict.fromkeys(("roughness", "metallic", "transmittance", "dissolve", "brdfType", "reflectance",
+                               "fuzz", "bsdf"), ROUGHNESS)
+    | {"emission": EMISSION, "emissioncolor": EMISSION,
+       "ka": "the ambient weight is not rendered by this version; ambientlight counts in full"},
+}
+MODES = {"preview": "phong"}
+PATH_MODES = ("pathtracer", "pathtracing", "path")
+NO_PATHS = "this version has no path tracer; choose another mode, for example with --mode phong"
+LENS_CAMERAS = ("thinlens", "aperture", "lens")
+LIGHT_TYPES = {"point": "pointlight"}
+LIGHTS_LEFT_OUT = dict.fromkeys(("arealight", "area"), "area lights are not rendered by this version") | {
+    "directional": "directional lights are not rendered by this version",
+    "spot": "spot lights are not rendered by this version", "spotlight": "spot lights are not rendered by this version",
+} | dict.fromkeys(("environment", "envmap"), "environment images are not rendered by this version")
+SHAPES_LEFT_OUT = dict.fromkeys(("mesh", "ply", "obj"), "meshes are not rendered by this version") | dict.fromkeys(
+    ("cubemap", "sphericalmap"), "environment images are not rendered by this version"
+) | {"medium": "participating media are not rendered by this version"}
+# What takes more than a new name, for the reference page: (where, spelling, what is understood).
+STRUCTURAL = (
+    ("file", "lights, objects (no scene)", "scene.lightsources, scene.shapes"),
+    ("camera", "look_at", "a direction: lookAt = position + look_at"),
+    ("light", 'type "ambient"', "its intensity is added to scene.ambientlight"),
+    ("light", "intensity as one number", "the same in every channel, times color if that is given"),
+    ("shape", "keys of a material", "moved into material"),
+    ("shape", "position of a sphere", "center"),
+    ("shape, beside type", "reflectivity > 0 without isreflective", "isreflective"),
+    ("material", "transparency > 0", "isrefractive, with reflectivity = transparency"),
+    ("material", "hasTexture false", "the texture is not used"),
+    ("material", 'texture ""', "no texture"),
+)
+OWN = {"file": schema.Scene.keys, "camera": schema.Camera.keys, "scene": schema.World.keys,
+       "light": schema.PointLight.keys, "material": schema.Material.keys}
+
+
+def folded(name):
+    """Return a spelling without case, blanks, hyphens and underscores."""
+    return name.lower().replace("_", "").replace("-", "").replace(" ", "")
 
 
 def translate(document, moved):
-    """Return the notes on what was translated."""
-    return []
+    """Translate the document in place and return notes; `moved` gets {path after: path in the file}."""
+    return _Translation(document, moved).notes
+
+
+def replaced_mode(own, mode):
+    """Return a remark on the file's own render mode if that is no word we know, though `mode` replaces it."""
+    if type(own) is not str:
+        return [Finding((None, "rendermode"), "must be a word", own)]
+    if own in schema.RENDER_MODES or own in MODES or own in PATH_MODES:
+        return []
+    message = f"unknown rendermode {quoted(own)}{nearest(own, schema.RENDER_MODES)}; rendered as {mode}, as asked"
+    return [Finding((None, "rendermode"), message, severity=WARNING)]
+
+
+class _Translation:
+    """One walk over a document from the top down, so that every step knows where its values came from."""
+
+    def __init__(self, document, moved):
+        self.moved, self.notes = moved, []
+        self._layout(document)
+        self._keys(document, (), "file", OWN["file"])
+        self._mode(document)
+        if type(document.get("camera")) is dict:
+            self._camera(document["camera"])
+        if type(document.get("scene")) is dict:
+            self._scene(document["scene"])
+
+    # Notes and moves
+
+    def _original(self, path):
+        for length in range(len(path), 0, -1):
+            if path[:length] in self.moved:
+                return self.moved[path[:length]] + path[length:]
+        return path
+
+    def _note(self, path, message, severity=NOTE, anchor=AT_KEY):
+        self.notes.append(Finding(linked(self._original(path)), message, NOTHING, anchor, severity, as_written=True))
+
+    def _move(self, table, old, other, new, target):
+        """Move key `old` of the object at the path `table` = (path, object) to key `new` of `other`, with a note."""
+        path, source = table
+        to_path, to = other
+        told = ".".join(str(step) for step in (*to_path[len(path):], new))
+        self._note((*path, old), f"understood {quoted(old)} as {target or told}")
+        origin = self._original((*path, old))
+        to[new] = source.pop(old)
+        self.moved[(*to_path, new)] = origin
+
+    def _keys(self, table, path, where, own):
+        """Rename what is only spelt differently and take out what is not rendered."""
+        plain = {folded(name): name for name in own}
+        known = {folded(name): new for name, new in RENAMED[where].items()}
+        left_out = {folded(name): why for name, why in UNRENDERED[where].items()}
+        for name in [name for name in table if name not in own]:
+            new = plain.get(folded(name)) or known.get(folded(name))
+            if new in own and new not in table:
+                self._move((path, table), name, (path, table), new, None)
+            elif folded(name) in left_out:
+                self._note((*path, name), left_out[folded(name)], WARNING)
+                del table[name]
+
+    # The parts of a file
+
+    def _layout(self, document):
+        """Gather a scene whose lights and objects lie at the top level."""
+        if "scene" in document or not ("objects" in document or "shapes" in document):
+            return
+        document["scene"] = world = {}
+        plain = {folded(name): name for name in OWN["scene"]} | RENAMED["scene"]
+        for name in [name for name in document if name not in OWN["file"]]:
+            new = plain.get(folded(name))
+            if new is not None and new not in world:
+                self._move(((), document), name, (("scene",), world), new, f"scene.{new}")
+
+    def _mode(self, document):
+        mode = document.get("rendermode")
+        if type(mode) is not str or mode in schema.RENDER_MODES:
+            return
+        new = MODES.get(folded(mode), folded(mode))
+        if new in schema.RENDER_MODES:
+            self._note(("rendermode",), f"understood rendermode {quoted(mode)} as {new}", anchor="value")
+            document["rendermode"] = new
+        elif new in PATH_MODES:
+            self._note(("rendermode",), NO_PATHS, "error", anchor="value")
+            document["rendermode"] = "phong"
+
+    def _camera(self, camera):
+        path = ("camera",)
+        towards, position = camera.get("look_at"), camera.get("position")
+        if "lookAt" not in camera and _is_vector(towards) and _is_vector(position):
+            self._move((path, camera), "look_at", (path, camera), "lookAt", "a direction: lookAt = position + look_at")
+            camera["lookAt"] = [a + b for a, b in zip(position, towards, strict=True)]
+        self._keys(camera, path, "camera", OWN["camera"])
+        if type(camera.get("type")) is str and camera["type"] != "pinhole":
+            if folded(camera["type"]) in LENS_CAMERAS:
+                self._note((*path, "type"), LENS, WARNING, "value")
+                camera["type"] = "pinhole"
+            elif folded(camera["type"]) in ("perspective", "pinhole"):
+                self._note((*path, "type"), f"understood camera type {quoted(camera['type'])} as pinhole")
+                camera["type"] = "pinhole"
+
+    def _scene(self, world):
+        self._keys(world, ("scene",), "scene", OWN["scene"])
+        self._list(world, "lightsources", LIGHT_TYPES, LIGHTS_LEFT_OUT, schema.LIGHT_KINDS)
+        for index, light in enumerate(_objects(world.get("lightsources"))):
+            if light is not None:
+                self._light(light, ("scene", "lightsources", index))
+        self._list(world, "shapes", {}, SHAPES_LEFT_OUT, schema.SHAPE_KINDS)
+        for index, shape in enumerate(_objects(world.get("shapes"))):
+            if shape is not None:
+                self._shape(shape, ("scene", "shapes", index))
+
+    def _list(self, world, name, types, left_out, own):
+        """Take foreign kinds out of a list, keeping where the others stood in the file."""
+        if type(world.get(name)) is not list:
+            return
+        kept, path = [], ("scene", name)
+        for index, entry in enumerate(world[name]):
+            kind = entry.get("type") if type(entry) is dict else None
+            plain = folded(kind) if type(kind) is str else None
+            if plain == "ambient" and name == "lightsources":
+                self._ambient(world, entry, (*path, index))
+            elif plain in left_out:
+                self._note((*path, index), f"left out: {left_out[plain]}", WARNING)
+            else:
+                if plain is not None and kind not in own and types.get(plain, plain) in own:
+                    entry["type"] = types.get(plain, plain)
+                    self._note((*path, index, "type"), f"understood type {quoted(kind)} as {entry['type']}")
+                if len(kept) != index:
+                    self.moved[(*path, len(kept))] = self._original((*path, index))
+                kept.append(entry)
+        world[name] = kept
+
+    def _ambient(self, world, light, path):
+        colour = light.get("intensity", light.get("color", light.get("ambientlight")))
+        colour = [colour] * 3 if type(colour) in (int, float) else colour
+        if not _is_vector(colour):
+            self._note(path, "left out: an ambient light needs an intensity [r, g, b]", WARNING)
+            return
+        given = world.get("ambientlight", [0.0, 0.0, 0.0])
+        if _is_vector(given):
+            self._note(path, "understood this ambient light as scene.ambientlight")
+            self.moved[("scene", "ambientlight")] = self._original(path)
+            world["ambientlight"] = [a + b for a, b in zip(given, colour, strict=True)]
+
+    def _light(self, light, path):
+        strength, colour = light.get("intensity"), light.get("color")
+        if type(strength) in (int, float) and (colour is None or _is_vector(colour)):
+            self._note((*path, "intensity"), "understood one number as the same in every channel"
+                                             + (", times color" if colour is not None else ""))
+            light["intensity"] = [strength * channel for channel in light.pop("color", [1.0, 1.0, 1.0])]
+        self._keys(light, path, "light", OWN["light"])
+
+    def _shape(self, shape, path):
+        record = schema.SHAPE_KINDS.get(shape.get("type")) if type(shape.get("type")) is str else None
+        if record is None:
+            return
+        own = record.node.keys
+        self._keys(shape, path, "shape", own)
+        if shape["type"] == "sphere" and "position" in shape and "center" not in shape:
+            self._move((path, shape), "position", (path, shape), "center", None)
+        material = shape.get("material", {})
+        if type(material) is not dict:
+            return
+        inner = (*path, "material")
+        known = {folded(name) for table in (OWN["material"], RENAMED["material"], UNRENDERED["material"])
+                 for name in table} | {"hastexture", "transparency"}
+        plain = {folded(name): new for name, new in RENAMED["material"].items()}
+        plain |= {folded(name): name for name in OWN["material"]}
+        for name in [name for name in shape if name not in own and folded(name) in known]:
+            new = plain.get(folded(name), name)
+            if new in material:
+                continue
+            self._move((path, shape), name, (inner, material), new, f"material.{new}")
+            share = material[new]
+            if new == "reflectivity" and "isreflective" not in material and type(share) in (int, float):
+                material["isreflective"] = share > 0
+        if material:
+            shape["material"] = material
+            self._material(material, inner)
+
+    def _material(self, material, path):
+        self._keys(material, path, "material", OWN["material"])
+        if material.get("texture") == "":
+            self._note((*path, "texture"), "understood an empty name as no texture")
+            del material["texture"]
+        for name in [name for name in material if folded(name) == "hastexture"]:
+            used = material.pop(name)
+            if used is False and material.pop("texture", None) is not None:
+                self._note((*path, name), f"understood {name} false: the texture is not used")
+        share = material.get("transparency")
+        if type(share) in (int, float) and 0 <= share <= 1:
+            self._note((*path, "transparency"), "understood as the share of glass: isrefractive with this reflectivity"
+                       if share > 0 else "understood transparency 0 as no glass")
+            del material["transparency"]
+            if share > 0:
+                material["isrefractive"], material["reflectivity"] = True, share
+
+
+def _is_vector(value):
+    """Return whether a value is a list of three numbers."""
+    return type(value) is list and len(value) == 3 and all(type(x) in (int, float) for x in value)
+
+
+def _objects(entries):
+    """Return the entries of a list that are objects, None for the others; nothing if it is no list."""
+    return [entry if type(entry) is dict else None for entry in entries] if type(entries) is list else []

@@ -9,19 +9,30 @@ import math
 import os
 
 from renderer.scene import schema
-from renderer.scene.values import WARNING, Finding, linked
+from renderer.scene.loaded import resolve
+from renderer.scene.values import NOTE, WARNING, Finding, linked, quoted
 
 PARALLEL = 1e-6  # sine of the angle below which float32 cannot tell two directions apart reliably
 FLAT = 1e-7  # relative size (float32's resolution) below which an extent is nothing
 INSIDE = 1e-9  # relative slack of the test whether a light is inside
+RELAXATIONS = 64  # steps after which the search for an inner point becomes a linear programme
+HULL_STEPS = 200  # a light so near to a hull that these do not tell counts as inside; it is only a remark
 
 
 def check(description, directory, findings):
-    """Return `[(index, shape)]` of what can be rendered; append what is wrong or odd to `findings`."""
-    _check_camera(description.camera, findings)
+    """Return `[(index, shape)]` of what can be rendered; append what is wrong or odd to `findings`.
+
+    Parts of the description that had mistakes are None and are passed over.
+    """
+    if description.camera is not None:
+        _check_camera(description.camera, findings)
     world, kept = description.scene, []
+    if world is None or world.shapes is None:
+        return kept
     textures = {}
     for index, shape in enumerate(world.shapes):
+        if shape is None:
+            continue
         at = linked(("scene", "shapes", index))
         before = len(findings)
         CHECKS[shape.type](shape, at, findings)
@@ -31,9 +42,9 @@ def check(description, directory, findings):
             kept.append((index, shape))
     _check_textures(textures, directory, findings)
     _check_lights(description, kept, findings)
-    if not kept:
+    if not kept and None not in world.shapes:
         why = "has no shapes" if not world.shapes else "has no shapes left that could be seen"
-        findings.append(Finding(linked(("scene",)), f"{why}; only the background is rendered", severity=WARNING))
+        findings.append(Finding(linked(("scene",)), f"{why}; only the background is rendered", severity=NOTE))
     return kept
 
 
@@ -64,28 +75,35 @@ def _check_camera(camera, findings):
 def _check_textures(textures, directory, findings):
     """Find texture files that cannot be opened; `textures` has the first mention of each."""
     for name, at in textures.items():
-        path = directory / name
-        if not path.is_file():
-            what = "is a directory" if path.is_dir() else "no such file"
-            findings.append(Finding(at, f"texture {name!r}: {what} (tried {path.absolute()})"))
+        path = resolve(directory, name)
+        if not os.path.isfile(path):
+            what = "is a directory" if os.path.isdir(path) else "no such file"
+            findings.append(Finding(at, f"texture {quoted(name)}: {what} (tried {_printable(path.absolute())})"))
         elif not os.access(path, os.R_OK):
-            findings.append(Finding(at, f"texture {name!r}: may not be read ({path.absolute()})"))
+            findings.append(Finding(at, f"texture {quoted(name)}: may not be read ({_printable(path.absolute())})"))
+
+
+def _printable(path):
+    """Return a path as text that any terminal takes."""
+    return str(path).encode("utf-8", "replace").decode("utf-8")
 
 
 def _check_lights(description, kept, findings):
     """Find phong scenes that nothing lights, and lights walled in by a shape."""
     world = description.scene
-    if description.rendermode != "phong":
+    if description.rendermode != "phong" or world.lightsources is None:
         return
     if not world.lightsources and world.shapes:
         findings.append(Finding((None, "scene"), "has no lightsources; only ambientlight will be seen",
-                                severity=WARNING))
+                                severity=NOTE))
     for number, light in enumerate(world.lightsources):
+        if light is None:
+            continue
         for index, shape in kept:
             if ENCLOSES[shape.type](shape, light.position):
                 message = f"is inside scene.shapes[{index}] ({shape.type}), so it lights nothing outside of it"
                 findings.append(Finding(linked(("scene", "lightsources", number, "position")), message,
-                                        severity=WARNING))
+                                        severity=NOTE))
                 break
 
 
@@ -144,20 +162,38 @@ def _check_halfspaces(halfspaces, at, findings):
         findings.append(Finding(((at, "halfspaces"), row), message, list(halfspaces[row])))
     if wrong:
         return
-    import numpy as np
-    from scipy.optimize import linprog
-
-    rows = np.asarray(halfspaces)
-    lengths = np.linalg.norm(rows[:, :3], axis=1)
-    normals, offsets = rows[:, :3] / lengths[:, None], rows[:, 3] / lengths
-    scale = max(float(np.abs(offsets).max()), 1e-12)
-    # Chebyshev centre: the largest ball inside; its radius is capped so that unbounded volumes have one
-    matrix = np.column_stack([normals, np.ones(len(rows))])
-    bounds = [(None, None)] * 3 + [(None, 1.0)]
-    answer = linprog([0, 0, 0, -1], A_ub=matrix, b_ub=offsets / scale, bounds=bounds, method="highs")
-    if answer.status != 0 or answer.x[3] <= FLAT:
+    if not _has_inside(halfspaces):
         findings.append(Finding(at, "dropped: this convex volume is empty, no point is in all its half-spaces",
                                 severity=WARNING))
+
+
+def _has_inside(halfspaces):
+    """Return whether some ball, large against float32's resolution of the volume, is in all half-spaces."""
+    rows = []
+    for x, y, z, d in halfspaces:
+        length = _length((x, y, z))
+        rows.append(((x / length, y / length, z / length), d / length))
+    scale = max(abs(d) for _, d in rows) or 1.0
+    # Most volumes give an inner point at once when one steps into the half-space that is left the most.
+    p = (0.0, 0.0, 0.0)
+    for _ in range(RELAXATIONS):
+        excess, normal = max((_dot(n, p) - d, n) for n, d in rows)
+        if excess < -FLAT * scale:
+            return True
+        step = excess + 1e-3 * scale
+        p = p[0] - step * normal[0], p[1] - step * normal[1], p[2] - step * normal[2]
+    return _ball_inside(rows, scale) > FLAT
+
+
+def _ball_inside(rows, scale):
+    """Return the radius (at most 1) of the largest ball inside, in units of `scale`; -1 if there is none."""
+    from scipy.optimize import linprog  # a third of a second to import: only for volumes in doubt
+
+    matrix = [[*normal, 1.0] for normal, _ in rows]
+    offsets = [d / scale for _, d in rows]
+    bounds = [(None, None)] * 3 + [(None, 1.0)]  # capped, so that unbounded volumes have a largest ball
+    answer = linprog([0, 0, 0, -1], A_ub=matrix, b_ub=offsets, bounds=bounds, method="highs")
+    return answer.x[3] if answer.status == 0 else -1.0
 
 
 def _is_solid(vertices):
@@ -200,11 +236,26 @@ def _in_box(shape, p):
 def _in_convex(shape, p):
     if shape.halfspaces is not None:
         return all(x * p[0] + y * p[1] + z * p[2] < d for x, y, z, d in shape.halfspaces)
-    import numpy as np
-    from scipy.spatial import ConvexHull
+    return _in_hull(shape.vertices, p)
 
-    facets = ConvexHull(np.asarray(shape.vertices)).equations
-    return bool((facets[:, :3] @ np.asarray(p) + facets[:, 3] < 0).all())
+
+def _in_hull(vertices, p):
+    """Return whether `p` is in the hull of the vertices: whether no plane through it has them all on one side.
+
+    The point of the hull nearest to `p` is approached by steps towards the vertex that lies most to the other side
+    (Frank and Wolfe); as soon as there is no such vertex, the plane has been found.
+    """
+    offsets = [_minus(vertex, p) for vertex in vertices]
+    x = offsets[0]
+    for _ in range(HULL_STEPS):
+        towards = min(offsets, key=lambda offset: _dot(x, offset))
+        if _dot(x, towards) > 0:
+            return False
+        along = _minus(towards, x)
+        square = _dot(along, along)
+        share = min(max(-_dot(x, along) / square, 0.0), 1.0) if square else 0.0
+        x = x[0] + share * along[0], x[1] + share * along[1], x[2] + share * along[2]
+    return True
 
 
 CHECKS = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from os.path import isfile
 from pathlib import Path
 
 from renderer.core.errors import Problem
@@ -25,5 +26,21 @@ class LoadedScene:
     warnings: tuple[Problem, ...] = field(default=())
 
     def resolve(self, filename):
-        """Return the path of a file that the scene names, relative to the scene file."""
-        return self.directory / filename
+        """Return the path of a file that the scene names."""
+        return resolve(self.directory, filename)
+
+
+def resolve(directory, filename):
+    """Return the path of a file named in a scene file of `directory`.
+
+    Names are relative to that directory. Where that leads nowhere, a folder `textures` beside the scene file and
+    backslashes as separators are tried too, because scenes in circulation are written that way.
+    """
+    asked = directory / filename
+    if isfile(asked):  # unlike Path.is_file, it does not raise where a name is too long
+        return asked
+    slashed = filename.replace("\\", "/")
+    for candidate in (directory / slashed, directory / "textures" / slashed):
+        if isfile(candidate):
+            return candidate
+    return asked

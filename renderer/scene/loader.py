@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 from pathlib import Path
 
 from renderer.core.errors import Problem, SceneError, UsageError
 from renderer.scene import checks, schema
 from renderer.scene.loaded import LoadedScene
 from renderer.scene.values import (
-    AT_KEY, AT_PARENT, ERROR, NOTE, NOTHING, WARNING, Finding, linked, nearest, quoted, spelt_out,
+    AT_KEY, AT_PARENT, ERROR, IGNORED, NOTE, NOTHING, WARNING, Finding, nearest, quoted, spelt_out,
 )
 
-MAX_FILE = 2**31  # bytes; more is certainly not a scene description
+MAX_FILE = 2**29  # bytes; more is certainly not a scene description
 MAX_REPORTED = 100  # problems listed one by one; the rest are counted
 OVERRIDES = ("mode", "width", "height", "samples", "nbounces")
 
@@ -91,7 +92,9 @@ class Source:
 
     def problems(self, findings):
         """Return the findings as problems in the order of the text."""
-        paths = [self.original(spelt_out(finding.at)) for finding in findings]
+        paths = [spelt_out(finding.at) for finding in findings]
+        paths = [path if finding.as_written else self.original(path)
+                 for finding, path in zip(findings, paths, strict=True)]
         found = self._places(paths)
         told = []
         for finding, path in zip(findings, paths, strict=True):
@@ -163,15 +166,17 @@ def _text(path):
     """Return the text of the file. Raises: SceneError in the words of the file system's trouble."""
     name = str(path)
     try:
-        if Path(path).is_dir():
+        if os.path.isdir(path):
             raise SceneError(Problem(name, "is a directory; name a scene file (JSON) in it"))
         with open(path, "rb") as file:
-            data = file.read(MAX_FILE)
+            data = file.read(MAX_FILE + 1)
     except FileNotFoundError:
         raise SceneError(Problem(name, f"no such file (tried {Path(path).absolute()})")) from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise SceneError(Problem(name, f"cannot be read: {reason}")) from None
+    if len(data) > MAX_FILE:
+        raise SceneError(Problem(name, f"is larger than {MAX_FILE >> 20} MiB; that is no scene file"))
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -199,12 +204,19 @@ def _parsed(source):
         message = f"is not JSON: {_plainly(error, source.text)}"
         raise SceneError(Problem(source.name, message, "", error.lineno, error.colno)) from None
     except RecursionError:
-        raise SceneError(Problem(source.name, "is nested too deeply for a scene file", "", 1, 1)) from None
+        raise SceneError(_placed(source, "is nested too deeply for a scene file", "deepest")) from None
     except ValueError:  # Python refuses to convert whole numbers of more than 4300 digits
-        raise SceneError(Problem(source.name, "holds a whole number with thousands of digits", "", 1, 1)) from None
+        raise SceneError(_placed(source, "holds a number with thousands of digits", "longest_number")) from None
     if odd:
         raise SceneError(*_oddities(source))
     return document
+
+
+def _placed(source, message, search):
+    """Return a problem of the whole text at the offset that the named function of `locate` finds."""
+    from renderer.scene import locate
+
+    return Problem(source.name, message, "", *source.line_and_column(getattr(locate, search)(source.text)))
 
 
 def _oddities(source):
@@ -260,55 +272,59 @@ def _loaded(source, document, directory, strict, mode):
         message = "must be an object {...} with the keys camera and scene"
         raise SceneError(*source.problems([Finding(None, message, document)]))
     description, findings = _described(source, document, mode)
-    kept = ()
-    if description is not None:
-        kept = checks.check(description, directory, findings)
-    elif not any(finding.severity == ERROR for finding in findings):
-        raise AssertionError("a description is missing though no mistake was found")
-    return _concluded(source, description, kept, findings, directory, strict)
+    kept = checks.check(description, directory, findings)
+    findings = _gathered(findings)
+    worst = (ERROR, WARNING, IGNORED) if strict else (ERROR,)
+    if any(finding.severity in worst for finding in findings):
+        raise SceneError(*_shortened(source, findings))
+    for finding in findings:
+        if finding.severity == IGNORED:
+            finding.message += " (ignored)"
+    if source.moved:
+        kept = [(source.original(("scene", "shapes", index))[-1], shape) for index, shape in kept]
+    warnings = source.problems(findings) if findings else ()
+    return LoadedScene(source.name, directory, description, tuple(kept), warnings)
 
 
 def _described(source, document, mode):
-    """Return the description (None after a mistake) and the findings, after translation where that is needed."""
-    findings = []
-    own_mode = document.get("rendermode", schema.Scene.keys["rendermode"].default)
+    """Return the description (with None for its faulty parts) and the findings, translated where that is needed."""
+    findings, own_mode = [], document.get("rendermode", "phong")
     if mode is not None:
         document = {**document, "rendermode": mode}
     description = schema.SCENE.read(document, None, findings)
-    if findings:
-        from renderer.scene import aliases
+    if not findings and (mode is None or own_mode in schema.RENDER_MODES):
+        return description, findings
+    from renderer.scene import aliases
 
-        notes = aliases.translate(document, source.moved)
-        findings = []
-        description = schema.SCENE.read(document, None, findings)
-        findings += notes
-    if mode is not None and type(own_mode) is not str:
-        schema.Scene.keys["rendermode"].kind.read(own_mode, (None, "rendermode"), findings)
-        description = None
-    return description, findings
-
-
-def _concluded(source, description, kept, findings, directory, strict):
-    """Return the LoadedScene, or raise SceneError if a finding (with `strict`, also a warning) is a mistake."""
-    if not findings:
-        return LoadedScene(source.name, directory, description, _numbered(source, kept))
-    worst = (ERROR, WARNING) if strict else (ERROR,)
-    mistakes = [finding for finding in findings if finding.severity in worst]
-    if mistakes:
-        problems = list(source.problems(mistakes))
-        if len(problems) > MAX_REPORTED:
-            more = len(problems) - MAX_REPORTED
-            problems[MAX_REPORTED:] = [Problem(source.name, f"and {more} more mistakes of this file")]
-        raise SceneError(*problems)
-    remarks = source.problems([finding for finding in findings if finding.severity in (WARNING, NOTE)])
-    return LoadedScene(source.name, directory, description, _numbered(source, kept), remarks)
+    notes = aliases.translate(document, source.moved)
+    if mode is not None:
+        notes += aliases.replaced_mode(own_mode, mode)
+    findings = []
+    description = schema.SCENE.read(document, None, findings)
+    return description, findings + notes
 
 
-def _numbered(source, kept):
-    """Return the kept shapes with their indices in the file."""
-    if not source.moved:
-        return tuple(kept)
-    return tuple((source.original(("scene", "shapes", index))[-1], shape) for index, shape in kept)
+def _gathered(findings):
+    """Return the findings with remarks that differ only in their place told once, with their count."""
+    told, kept = {}, []
+    for finding in findings:
+        last = finding.at[1] if finding.at else None
+        group = (finding.severity, finding.message, last if type(last) is str else None)
+        if finding.severity == ERROR or group not in told:
+            told[group] = [finding, 1]
+            kept.append(finding)
+        else:
+            told[group][1] += 1
+    for finding, count in told.values():
+        if count > 1:
+            finding.message += f" (here and in {count - 1} more place{'' if count == 2 else 's'})"
+    return kept
 
 
-__all__ = ["from_dict", "linked", "load", "override"]
+def _shortened(source, findings):
+    """Return the problems of a scene that is refused: mistakes, and what was ignored as it may explain them."""
+    problems = source.problems([finding for finding in findings if finding.severity != NOTE])
+    if len(problems) <= MAX_REPORTED:
+        return problems
+    more = len(problems) - MAX_REPORTED
+    return *problems[:MAX_REPORTED], Problem(source.name, f"and {more} more problems in this file")

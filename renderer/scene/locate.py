@@ -95,3 +95,22 @@ def repeated_keys(text):
 def non_numbers(text):
     """Return `(path, token, offset)` for every NaN and Infinity that stands for a value."""
     return [(tuple(steps), token, offset) for is_key, steps, token, offset in walk(text) if token in NOT_NUMBERS]
+
+
+def deepest(text):
+    """Return the offset of the first bracket that is nested more deeply than any other; works on any text."""
+    depth, most, place = 0, -1, 0
+    for match in TOKEN.finditer(text):
+        token = match.group()
+        if token in ("{", "["):
+            depth += 1
+            if depth > most:
+                most, place = depth, match.start()
+        elif token in ("}", "]"):
+            depth -= 1
+    return place
+
+
+def longest_number(text):
+    """Return the offset of the longest run of digits."""
+    return max((match for match in re.finditer(r"\d+", text)), key=lambda match: len(match.group())).start()

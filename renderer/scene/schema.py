@@ -7,7 +7,9 @@ Lengths are in scene units, angles in degrees, colours linear RGB; vectors are w
 
 from __future__ import annotations
 
-from renderer.scene.values import Choice, Flag, Integer, Number, OneOf, Record, Rows, TextureSource, Vector, key, node
+from renderer.scene.values import (
+    Choice, Flag, Integer, Node, Number, OneOf, Record, Rows, TextureSource, Vector, key, node,
+)
 
 PHONG_MODES = ("binary", "phong")
 DEBUG_MODES = ("depth", "normals", "uv", "albedo", "shapes")
@@ -38,7 +40,7 @@ def kind(name):
 
 
 @node
-class Checkerboard:
+class Checkerboard(Node):
     """Two colours in squares; `scale` squares along each texture axis."""
 
     type: str = kind("checkerboard")
@@ -51,7 +53,7 @@ TEXTURE = TextureSource(OneOf("texture", {"checkerboard": Record(Checkerboard)})
 
 
 @node
-class Material:
+class Material(Node):
     """The coursework's Blinn-Phong material, optionally textured."""
 
     ks: float = key(NON_NEGATIVE, "weight of the highlight", default=0.1)
@@ -89,7 +91,7 @@ def material():
 
 
 @node
-class Sphere:
+class Sphere(Node):
     """A sphere; uv: longitude around +y, and latitude from the top (v = 0) down."""
 
     type: str = kind("sphere")
@@ -99,7 +101,7 @@ class Sphere:
 
 
 @node
-class Cylinder:
+class Cylinder(Node):
     """A capped cylinder; uv: angle around the axis, and v along the axis, from the centre outwards on the caps."""
 
     type: str = kind("cylinder")
@@ -113,7 +115,7 @@ class Cylinder:
 
 
 @node
-class Triangle:
+class Triangle(Node):
     """A triangle seen from both sides; uv is interpolated between the corners."""
 
     type: str = kind("triangle")
@@ -127,7 +129,7 @@ class Triangle:
 
 
 @node
-class Plane:
+class Plane(Node):
     """An infinite plane seen from both sides; uv: distances from `point` along two axes of the plane."""
 
     type: str = kind("plane")
@@ -137,7 +139,7 @@ class Plane:
 
 
 @node
-class Box:
+class Box(Node):
     """An axis-aligned box; every face shows the whole texture."""
 
     type: str = kind("box")
@@ -147,7 +149,7 @@ class Box:
 
 
 @node
-class Convex:
+class Convex(Node):
     """A convex volume: the intersection of `halfspaces`, or the hull of `vertices` (exactly one is given)."""
 
     type: str = kind("convex")
@@ -167,7 +169,7 @@ SHAPE_KINDS = {made.__name__.lower(): Record(made) for made in (Sphere, Cylinder
 
 
 @node
-class PointLight:
+class PointLight(Node):
     """Light from one point, with hard shadows; in phong mode it does not fall off with distance."""
 
     type: str = kind("pointlight")
@@ -179,7 +181,7 @@ LIGHT_KINDS = {"pointlight": Record(PointLight)}
 
 
 @node
-class Camera:
+class Camera(Node):
     """A pinhole camera: +x of the picture is upVector x forward, rows run from the top."""
 
     type: str = key(Choice("camera type", ("pinhole",)), '`"pinhole"`', default="pinhole")
@@ -193,7 +195,7 @@ class Camera:
 
 
 @node
-class World:
+class World(Node):
     """What is in front of the camera."""
 
     backgroundcolor: tuple = key(COLOUR, "colour of rays that hit nothing", default=BLACK)
@@ -205,7 +207,7 @@ class World:
 
 
 @node
-class Scene:
+class Scene(Node):
     """A whole scene file."""
 
     nbounces: int = key(Integer(0, MAX_BOUNCES), "greatest number of reflections and refractions", default=8)
@@ -213,7 +215,7 @@ class Scene:
     samples: int = key(Integer(1, MAX_SAMPLES), "rays a pixel; 1 is one ray through its centre", default=1)
     tonemap: str = key(Choice("tonemap", TONEMAPS), "curve from radiance to 8 bits", default="linear")
     camera: Camera = key(Record(Camera), "where the picture is taken from (see Camera)")
-    scene: World = key(Record(World), "what is in it (see World)")
+    scene: World = key(Record(World, partial=True), "what is in it (see World)")
 
 
-SCENE = Record(Scene)
+SCENE = Record(Scene, partial=True)

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import dataclasses
 
-ERROR, WARNING, NOTE = "error", "warning", "note"
+# How much a finding weighs: a mistake; something not rendered as written; an unknown key; a harmless translation.
+ERROR, WARNING, IGNORED, NOTE = "error", "warning", "ignored", "note"
 AT_VALUE, AT_KEY, AT_PARENT = "value", "key", "parent"
 
 # float32 holds up to 3.4e38 and loses precision below 1.2e-38; rays are intersected with squares of lengths.
@@ -18,15 +19,15 @@ LARGEST, SMALLEST = 1e18, 1e-18
 NOTHING = object()
 
 
-@dataclasses.dataclass(slots=True)
 class Finding:
-    """A remark about the value at `at`; `value` (if given) is quoted after it; `anchor` says where it points to."""
+    """A remark about the value at `at`; `value` (if given) is quoted after it; `anchor` says where it points to.
 
-    at: tuple | None
-    message: str
-    value: object = NOTHING
-    anchor: str = AT_VALUE
-    severity: str = ERROR
+    `as_written`: `at` is a path of the file itself, not of the document after translation.
+    """
+
+    def __init__(self, at, message, value=NOTHING, anchor=AT_VALUE, severity=ERROR, as_written=False):
+        self.at, self.message, self.value = at, message, value
+        self.anchor, self.severity, self.as_written = anchor, severity, as_written
 
 
 def spelt_out(at):
@@ -57,7 +58,10 @@ def nearest(name, known):
     import difflib  # only needed once something is wrong
 
     folded = {candidate.lower(): candidate for candidate in reversed(list(known))}
-    found = difflib.get_close_matches(str(name)[:80].lower(), folded, n=1, cutoff=0.6)
+    given = str(name)[:80].lower()
+    found = difflib.get_close_matches(given, folded, n=1, cutoff=0.6)
+    if not found and len(given) > 2:
+        found = [candidate for candidate in folded if candidate.startswith(given)][:1]
     return f", did you mean '{folded[found[0]]}'?" if found else ""
 
 
@@ -66,14 +70,11 @@ def listed(names):
     return ", ".join(str(name) for name in names)
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
 class Number:
     """A real number with `low <= x <= high` (`low < x` and `x < high` where open)."""
 
-    low: float = -LARGEST
-    high: float = LARGEST
-    low_open: bool = False
-    high_open: bool = False
+    def __init__(self, low=-LARGEST, high=LARGEST, low_open=False, high_open=False):
+        self.low, self.high, self.low_open, self.high_open = low, high, low_open, high_open
 
     def read(self, value, at, findings):
         kind = type(value)
@@ -89,7 +90,7 @@ class Number:
             return f"must be {self.words()}"
         if value != value or value in (float("inf"), float("-inf")):
             return "must be a finite number"
-        if abs(value) > LARGEST and not (self.low >= 0 > value):
+        if abs(value) > LARGEST == self.high and not self.low >= 0 > value:
             return f"must not be beyond {LARGEST:g} in size, because its square must fit a 32-bit float"
         if self.low_open and 0 < value < SMALLEST:
             return f"must be at least {SMALLEST:g}, because its square must not vanish in a 32-bit float"
@@ -112,12 +113,11 @@ class Number:
         return {"type": "number", **bounds}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
 class Integer:
     """A whole number from `low` to `high`; 8.0 counts as 8, because writers of JSON differ about it."""
 
-    low: int
-    high: int
+    def __init__(self, low, high):
+        self.low, self.high = low, high
 
     def read(self, value, at, findings):
         kind = type(value)
@@ -140,7 +140,6 @@ class Integer:
         return {"type": "integer", "minimum": self.low, "maximum": self.high}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
 class Flag:
     """true or false."""
 
@@ -157,12 +156,11 @@ class Flag:
         return {"type": "boolean"}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
 class Choice:
     """One of a few words; `what` names the family in messages."""
 
-    what: str
-    names: tuple
+    def __init__(self, what, names):
+        self.what, self.names = what, names
 
     def read(self, value, at, findings):
         if type(value) is str:
@@ -183,13 +181,11 @@ class Choice:
         return {"const": self.names[0]} if len(self.names) == 1 else {"enum": list(self.names)}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
 class Vector:
     """`size` numbers of one kind; `what` says what they are together. Bounds of `item` must be closed ones."""
 
-    size: int
-    item: Number
-    what: str
+    def __init__(self, size, item, what):
+        self.size, self.item, self.what = size, item, what
 
     def read(self, value, at, findings):
         if type(value) is not list and type(value) is not tuple or len(value) != self.size:
@@ -212,13 +208,11 @@ class Vector:
         return {"type": "array", "items": self.item.json_schema(), "minItems": self.size, "maxItems": self.size}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
 class Rows:
     """A list of any length from `least` on, of items of one kind."""
 
-    item: object
-    what: str
-    least: int = 0
+    def __init__(self, item, what, least=0):
+        self.item, self.what, self.least = item, what, least
 
     def read(self, value, at, findings):
         if type(value) is not list and type(value) is not tuple:
@@ -238,11 +232,14 @@ class Rows:
         return {"type": "array", "items": self.item.json_schema(), **least}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
 class Record:
-    """An object with the declared keys of `node`, a class made by `node()`."""
+    """An object with the declared keys of `made`, a class decorated by `node`.
 
-    node: type
+    partial: after a mistake, return a record with None for what is missing, so that the rest can still be checked.
+    """
+
+    def __init__(self, made, partial=False):
+        self.node, self.partial = made, partial
 
     def read(self, value, at, findings):
         if type(value) is not dict:
@@ -257,8 +254,8 @@ class Record:
                 findings.append(Finding((at, name), f"is missing; it is {key.kind.words()}", anchor=AT_PARENT))
         if used != len(value):
             self._unknown(value, at, findings)
-        if len(findings) != before and any(f.severity == ERROR for f in findings[before:]):
-            return None
+        if len(findings) != before and any(finding.severity == ERROR for finding in findings[before:]):
+            return self.node(**(dict.fromkeys(self.node.keys) | values)) if self.partial else None
         return self.node(**values)
 
     def _unknown(self, value, at, findings):
@@ -266,8 +263,8 @@ class Record:
         known = self.node.keys
         for name in value:
             if name not in known:
-                message = f"unknown key, ignored{nearest(name, known)}"
-                findings.append(Finding((at, name), message, anchor=AT_KEY, severity=WARNING))
+                message = f"unknown key{nearest(name, known)}"
+                findings.append(Finding((at, name), message, anchor=AT_KEY, severity=IGNORED))
 
     def words(self):
         return f"a {self.node.__name__.lower()}"
@@ -276,12 +273,11 @@ class Record:
         return {"$ref": f"#/$defs/{self.node.__name__}"}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
 class OneOf:
     """An object whose `type` names one of several records; `what` names the family in messages."""
 
-    what: str
-    kinds: dict
+    def __init__(self, what, kinds):
+        self.what, self.kinds = what, kinds
 
     def read(self, value, at, findings):
         if type(value) is not dict:
@@ -309,11 +305,11 @@ class OneOf:
         return {"oneOf": [record.json_schema() for record in self.kinds.values()]}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
 class TextureSource:
     """A file name, a record by type, or null for none."""
 
-    kinds: OneOf
+    def __init__(self, kinds):
+        self.kinds = kinds
 
     def read(self, value, at, findings):
         if type(value) is dict:
@@ -330,15 +326,12 @@ class TextureSource:
         return {"anyOf": [{"type": "string", "minLength": 1}, {"type": "null"}, self.kinds.json_schema()]}
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
 class Key:
     """A declared key: its kind, whether a file must have it, its default, unit and sentence."""
 
-    kind: object
-    description: str
-    unit: str
-    required: bool
-    default: object
+    def __init__(self, kind, description, unit, required, default):
+        self.kind, self.description, self.unit = kind, description, unit
+        self.required, self.default = required, default
 
 
 def key(kind, description, *, default=NOTHING, unit="", required=None):
@@ -350,8 +343,43 @@ def key(kind, description, *, default=NOTHING, unit="", required=None):
     return dataclasses.field(default=default, metadata=metadata)
 
 
+class Node:
+    """Base of the records: frozen, compared by value, made with keywords only.
+
+    Written out rather than generated for each record, because generating costs half a millisecond a record at every
+    start. `dataclasses.fields`, `replace` and `asdict` work on records.
+    """
+
+    keys, defaults = {}, {}  # name: Key; name: default of what may be absent
+
+    def __init__(self, **values):
+        state = self.__dict__
+        state.update(self.defaults)
+        state.update(values)
+        if len(state) != len(self.keys):
+            odd = listed(sorted(state.keys() ^ self.keys.keys()))
+            raise TypeError(f"{type(self).__name__}: missing or unknown: {odd}")
+
+    def __setattr__(self, name, value):
+        raise dataclasses.FrozenInstanceError(f"cannot assign to {name}")
+
+    def __delattr__(self, name):
+        raise dataclasses.FrozenInstanceError(f"cannot delete {name}")
+
+    def __eq__(self, other):
+        return self.__dict__ == other.__dict__ if type(other) is type(self) else NotImplemented
+
+    def __hash__(self):
+        return hash((type(self), *(self.__dict__[name] for name in self.keys)))
+
+    def __repr__(self):
+        return f"{type(self).__name__}({listed(f'{name}={self.__dict__[name]!r}' for name in self.keys)})"
+
+
 def node(declared):
-    """Class decorator: return a frozen record of the declared keys, with `keys` from name to `Key`."""
-    made = dataclasses.dataclass(frozen=True, kw_only=True, slots=True)(declared)
+    """Class decorator for subclasses of Node: fill in `keys` and `defaults` from the declarations."""
+    made = dataclasses.dataclass(init=False, repr=False, eq=False)(declared)
     made.keys = {field.name: field.metadata["key"] for field in dataclasses.fields(made)}
+    made.defaults = {field.name: field.default for field in dataclasses.fields(made)
+                     if field.default is not dataclasses.MISSING}
     return made
