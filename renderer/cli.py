@@ -211,8 +211,8 @@ def _summary(paths, rendering, total):
 def rate_in_words(rate):
     """Return a rate with two significant digits and a prefix: `32 M`, `3.2 G`."""
     for limit, prefix in ((1e9, " G"), (1e6, " M"), (1e3, " k")):
-        if rate >= 0.995 * limit:
-            value = rate / limit
+        value = rate / limit
+        if value >= 0.9995:  # below, rounding to whole units of the next prefix gives at most 999
             return f"{value:.1f}{prefix}" if value < 9.95 else f"{value:.0f}{prefix}"
     return f"{rate:.0f}"
 
