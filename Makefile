@@ -1,0 +1,58 @@
+# `make run` renders a picture, `make test` checks everything; both set up what they need first (see tools/setup.py).
+
+PYTHON ?= python3
+VENV_PYTHON := .venv/bin/python
+SCENE ?= scenes/scene.json
+OUT ?= out/$(basename $(notdir $(SCENE))).ppm
+ARGS ?=
+
+.PHONY: help setup run test test-all testsuite bench docs doctor clean
+
+help:
+	@echo "make run        render SCENE (default: $(SCENE)) to OUT (default: $(OUT))"
+	@echo "make test       run the tests (make test-all: the slow ones too); ARGS are passed on to pytest"
+	@echo "make testsuite  render the pictures of TestSuite/"
+	@echo "make bench      measure speed, error and memory beside Mitsuba"
+	@echo "make docs       write the reference pages that are made from the code"
+	@echo "make doctor     tell what is installed, what is wrong, and how to mend it"
+	@echo "make setup      only install: .venv, pinned packages, LLVM"
+	@echo "make clean      remove what was installed and rendered here"
+
+setup: require-python
+	@$(PYTHON) tools/setup.py run
+
+run: setup
+	@mkdir -p $(dir $(OUT))
+	@$(VENV_PYTHON) -m renderer $(SCENE) -o $(OUT) $(ARGS)
+	@echo "The picture is in $(OUT)"
+
+test: setup-test
+	@$(VENV_PYTHON) -m pytest $(ARGS)
+
+test-all: setup-test
+	@$(VENV_PYTHON) -m pytest -m "slow or not slow" $(ARGS)
+
+testsuite: setup-test
+	@$(VENV_PYTHON) -m tools.testsuite $(ARGS)
+
+bench: setup-bench
+	@$(VENV_PYTHON) -m benchmarks $(ARGS)
+
+docs: setup
+	@$(VENV_PYTHON) -m tools.docs $(ARGS)
+
+doctor: setup
+	@$(VENV_PYTHON) -m renderer doctor
+
+clean:
+	rm -rf .venv out .pytest_cache .hypothesis
+
+.PHONY: setup-test setup-bench require-python
+setup-test: require-python
+	@$(PYTHON) tools/setup.py run test
+
+setup-bench: require-python
+	@$(PYTHON) tools/setup.py run test bench
+
+require-python:
+	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) was not found; Python 3.11 or newer is needed" >&2; exit 1; }
