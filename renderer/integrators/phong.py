@@ -29,7 +29,7 @@ class Segment:
     o: Vector3f
     d: Vector3f
     left_index: UInt32  # the shape it left, NO_SHAPE for the camera
-    left_inwards: Bool
+    left_inwards: UInt32  # 0 or 1, because Dr.Jit 1.5 compiles no masks in local memory
     weight: Float  # share of its radiance in the pixel
     depth: UInt32  # bounces so far
 
@@ -62,13 +62,13 @@ class Phong:
 
     def restart(self, tree, where, o, d):
         """Return the tree with fresh camera rays in the lanes `where`."""
-        fresh = Segment(o, d, UInt32(NO_SHAPE), Bool(False), Float(1), UInt32(0))
+        fresh = Segment(o, d, UInt32(NO_SHAPE), UInt32(0), Float(1), UInt32(0))
         return Tree(dr.select(where, fresh, tree.now), tree.waiting, tree.waiting_count)
 
     def step(self, tree):
         """Return what the segment at hand brings, whether the lane has another one, and the tree with that one."""
         scene, now = self._scene, tree.now
-        ray = Ray(now.o, now.d, now.left_index, now.left_inwards) if scene.has_mirrors else Ray(now.o, now.d)
+        ray = Ray(now.o, now.d, now.left_index, now.left_inwards != 0) if scene.has_mirrors else Ray(now.o, now.d)
         hit = scene.intersect(ray)
         if not scene.shapes:
             return now.weight * scene.background, Bool(False), tree
@@ -125,7 +125,8 @@ class Phong:
     def _segment(now, surface, hit, direction, share):
         """Return the segment that goes on from a hit."""
         ray = leave(surface, hit.index, direction)
-        return Segment(ray.o, ray.d, ray.left_index, ray.left_inwards, now.weight * share, now.depth + 1)
+        inwards = dr.select(ray.left_inwards, UInt32(1), 0)
+        return Segment(ray.o, ray.d, ray.left_index, inwards, now.weight * share, now.depth + 1)
 
     def _branch(self, tree, mirrored, through, onward):
         """Return whether each lane goes on, and its tree: one child is followed, its sibling waits, or a waiting one is taken."""
