@@ -8,7 +8,7 @@ something unknown was found come here. The tables below are also the alias table
 from __future__ import annotations
 
 from renderer.scene import schema
-from renderer.scene.values import AT_KEY, NOTE, NOTHING, WARNING, Finding, linked, nearest, quoted
+from renderer.scene.values import AT_KEY, ERROR, NOTE, NOTHING, WARNING, Finding, linked, nearest, quoted
 
 # Besides these, a key that differs from ours only in case, blanks, hyphens or underscores is understood.
 RENAMED = {
@@ -143,6 +143,7 @@ class _Translation:
 
     def _layout(self, document):
         """Gather a scene whose lights and objects lie at the top level."""
+        document.pop("$schema", None)  # for editors
         if "scene" in document or not ("objects" in document or "shapes" in document):
             return
         document["scene"] = world = {}
@@ -161,7 +162,7 @@ class _Translation:
             self._note(("rendermode",), f"understood rendermode {quoted(mode)} as {new}", anchor="value")
             document["rendermode"] = new
         elif new in PATH_MODES:
-            self._note(("rendermode",), NO_PATHS, "error", anchor="value")
+            self._note(("rendermode",), NO_PATHS, ERROR, anchor="value")
             document["rendermode"] = "phong"
 
     def _camera(self, camera):
