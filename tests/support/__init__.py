@@ -1,0 +1,1 @@
+"""Tools that tests share; each is itself tested with deliberately wrong input."""
