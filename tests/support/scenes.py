@@ -1,86 +1,68 @@
-"""Both sides of a comparison: what our renderer sees in a scene, what Mitsuba sees, and scenes changed on purpose."""
+"""Small scenes made in code, for tests that need one shape or one pixel rather than a picture."""
 
-from __future__ import annotations
-
-import functools
+import copy
 import json
 
-import numpy as np
+from renderer.scene.loader import load
 
-from converters import whitted
-from renderer.engine.render import render
-from renderer.scene.loader import load, override
-from tests.support import compare
-
-WIDTH, HEIGHT = 240, 160  # pixels of a comparison
-DEBUG = {"depth": ("Z",), "normals": ("N.X", "N.Y", "N.Z"), "uv": ("U", "V"), "albedo": ("Albedo.R", "Albedo.G", "Albedo.B"),
-         "shapes": ("Shape",)}
-NAMES = {"depth": "depth", "normals": "normal", "uv": "uv", "albedo": "albedo", "shapes": "shape"}
-ROUND = ("sphere", "cylinder")  # shapes whose u is an angle
+MATT = {"kd": 0.9, "ks": 0.0, "diffusecolor": [0.8, 0.5, 0.25], "specularexponent": 20}
+CAMERA = {
+    "type": "pinhole", "width": 16, "height": 12, "position": [0, 0, -4], "lookAt": [0, 0, 0],
+    "upVector": [0, 1, 0], "fov": 40, "exposure": 0.1,
+}  # fmt: skip
 
 
-def prepare(path, width=WIDTH, height=HEIGHT, **settings):
-    """Return the loaded scene at the size of a comparison, one ray through each pixel centre."""
-    return override(load(str(path)), width=width, height=height, samples=1, **settings)
+def document(shapes=(), lights=(), camera=None, **keys):
+    """Return a scene file's content: `keys` named like World's go there, others to the top level."""
+    top, world = {"rendermode": "phong"}, {"backgroundcolor": [0.25, 0.25, 0.25]}
+    for name, value in keys.items():
+        (world if name in ("backgroundcolor", "ambientlight") else top)[name] = value
+    world |= {"lightsources": list(lights), "shapes": copy.deepcopy(list(shapes))}
+    return top | {"camera": CAMERA | (camera or {}), "scene": world}
 
 
-def write(directory, document, name="scene.json"):
-    """Write a scene document (nested dicts) into the directory and return its path."""
-    path = directory / name
-    path.write_text(json.dumps(document))
+def write(folder, content, name="scene.json"):
+    """Return the path of a scene file with the given content."""
+    path = folder / name
+    path.write_text(json.dumps(content))
     return path
 
 
-def observe(loaded, what):
-    """Return our renderer's picture: `rgb` (the scene's own mode), `depth`, `normal`, `uv`, `albedo` or `shape`."""
-    if what == "rgb":
-        channels = render(loaded).channels()
-        return np.stack([channels[c] for c in "RGB"], axis=-1)
-    mode = next(mode for mode, name in NAMES.items() if name == what)
-    channels = render(override(loaded, mode=mode)).channels()
-    picture = np.stack([np.asarray(channels[c]) for c in DEBUG[mode]], axis=-1)
-    return picture[..., 0] if picture.shape[-1] == 1 else picture
+def loaded(folder, *args, **keys):
+    """Return the LoadedScene of `document` with the same arguments."""
+    return load(str(write(folder, document(*args, **keys))))
 
 
-class Oracle:
-    """Mitsuba's view of a scene, and how far rounding of the camera rays may move each value."""
-
-    def __init__(self, loaded):
-        self.loaded = loaded
-        self.reference = whitted.reference(loaded)
-        self.hit, self.shape = self.reference["hit"], self.reference["shape"]
-        self._moved = whitted.neighbours(loaded)
-        self.uncertain = np.any([m["shape"] != self.shape for m in self._moved], axis=0)
-        self.edges = self.uncertain | np.any([self._edge(m) for m in self._moved], axis=0)
-        kinds = dict(loaded.shapes)
-        self.round = np.isin(self.shape, [k for k, s in kinds.items() if s.type in ROUND])
-
-    def _edge(self, moved):
-        bent = np.abs(moved["normal"] - self.reference["normal"]).max(axis=-1) > whitted.EDGE_ANGLE
-        return bent | (moved["part"] != self.reference["part"])
-
-    def spread(self, name):
-        """Return (H, W): the greatest change of a value within the camera's rounding; 0 across silhouettes."""
-        centre, result = self.reference[name], np.zeros(self.hit.shape)
-        for moved in self._moved:
-            value = compare.unwrap(moved[name], centre) if name == "uv" else moved[name]
-            result = np.maximum(result, compare.difference(value, centre))
-        return np.where(self.edges, 0, result)
-
-    def check(self, name, ours):
-        """Raise Mismatch unless our picture `name` (see `observe`) agrees; return counts for `shape`."""
-        if name == "rgb":
-            return compare.check_colour(ours, self.reference["rgb"], self.shape)
-        if name == "shape":
-            return compare.check_shapes(ours, self.shape, self.uncertain)
-        where = self.hit & ~self.edges
-        if name == "albedo":  # a texel's edge is as uncertain as a silhouette
-            where &= self.spread(name) < compare.COLOUR_VISIBLE
-        return compare.check_values(name, ours, self.reference[name], where, self.spread(name),
-                                    self.round if name == "uv" else None)
+def point_light(position, intensity=(1.0, 1.0, 1.0)):
+    """Return a point light."""
+    return {"type": "pointlight", "position": list(position), "intensity": list(intensity)}
 
 
-@functools.lru_cache(maxsize=None)
-def oracle(loaded):
-    """Return the Oracle of a loaded scene; Mitsuba renders each scene once."""
-    return Oracle(loaded)
+# settings of every shape kind, one of them extreme
+SHAPES = {
+    "sphere": [
+        {"type": "sphere", "center": [0.3, -0.2, 0.1], "radius": 0.7},
+        {"type": "sphere", "center": [0, -25, 0], "radius": 25.1},
+    ],
+    "cylinder": [
+        {"type": "cylinder", "center": [0.1, 0.2, -0.1], "axis": [1, 2, -1], "radius": 0.4, "height": 0.6},
+        {"type": "cylinder", "center": [0, 0, 0], "axis": [0, 1, 0], "radius": 1.0, "height": 0.001},
+    ],
+    "box": [
+        {"type": "box", "min": [-0.5, -0.4, -0.3], "max": [0.6, 0.7, 0.2]},
+        {"type": "box", "min": [-1, -0.001, -1], "max": [1, 0.001, 1]},
+    ],
+    "convex": [
+        {"type": "convex", "vertices": [[0, 0.8, 0], [0.7, -0.4, 0.4], [-0.7, -0.4, 0.4], [0, -0.4, -0.8]]},
+        {"type": "convex", "halfspaces": [[1, 0, 0, 0.5], [-2, 0, 0, 1.0], [0, 1, 0.5, 0.6], [0, -1, 0, 0.4],
+                                          [0, 0, 1, 0.7], [0, 0.2, -1, 0.6]]},
+    ],
+    "triangle": [
+        {"type": "triangle", "v0": [-0.8, -0.5, 0.2], "v1": [0.9, -0.4, -0.3], "v2": [0.1, 0.8, 0.5]},
+        {"type": "triangle", "v0": [-1, 0, 0], "v1": [1, 0, 0], "v2": [0, 0.01, 0]},
+    ],
+    "plane": [
+        {"type": "plane", "point": [0.1, -0.3, 0.2], "normal": [0.2, 3, -0.4]},
+        {"type": "plane", "point": [0, 0, 1000], "normal": [0, 0, -1]},
+    ],
+}  # fmt: skip
