@@ -1,0 +1,22 @@
+"""Fixtures that compare our picture of a scene with Mitsuba's."""
+
+import pytest
+
+from tests.support import oracle as sides
+from tests.support.documents import write_texture
+
+GEOMETRY = ("shape", "depth", "normal", "uv", "albedo")
+
+
+@pytest.fixture
+def agree(tmp_path):
+    """A function that demands agreement of the named pictures (default: geometry and colour) of a scene document."""
+
+    def check(document, names=(*GEOMETRY, "rgb")):
+        write_texture(tmp_path / "texture.png")
+        loaded = sides.prepare(sides.write(tmp_path, document), document["camera"]["width"], document["camera"]["height"])
+        oracle = sides.Oracle(loaded)
+        assert oracle.hit.any(), "an empty picture shows nothing"
+        return {name: oracle.check(name, sides.observe(loaded, name)) for name in names}
+
+    return check
