@@ -1,0 +1,105 @@
+"""The reference page and the JSON Schema say what the loader does."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from renderer.core.errors import SceneError
+from renderer.scene import reference, schema
+from renderer.scene.loader import from_dict
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+SCENES = sorted((DOCS.parent / "scenes").rglob("*.json"))
+
+
+@pytest.mark.parametrize(("name", "made"), [
+    ("scene-format.md", reference.reference_page), ("scene.schema.json", reference.schema_json),
+])
+def test_the_committed_page_is_the_generated_one(name, made):
+    """`python -m renderer.scene.reference` writes both anew."""
+    assert (DOCS / name).read_text(encoding="utf-8") == made()
+
+
+def test_every_record_and_key_is_on_the_page():
+    """A new kind cannot be forgotten."""
+    page = reference.reference_page()
+    kinds = {record.node for table in (schema.SHAPE_KINDS, schema.LIGHT_KINDS) for record in table.values()}
+    assert kinds <= set(reference.RECORDS)
+    for record in reference.RECORDS:
+        for name in record.keys:
+            assert f"| `{name}` |" in page
+
+
+def test_the_smallest_file_of_the_page_loads():
+    """The example is not made up."""
+    example = reference.HEAD.split("```json")[1].split("```")[0]
+    assert len(from_dict(json.loads(example), strict=True).shapes) == 1
+
+
+def complaints(definitions, rule, value):
+    """Return what a JSON Schema of the few words that we use has against a value: a tiny validator."""
+    if "$ref" in rule:
+        return complaints(definitions, definitions[rule["$ref"].rpartition("/")[2]], value)
+    found = []
+    for word, quantity in (("oneOf", 1), ("anyOf", None)):
+        if word in rule:
+            fits = sum(not complaints(definitions, {"type": "object", **part} if "required" in part else part, value)
+                       for part in rule[word])
+            found += [] if fits == quantity or quantity is None and fits else [f"{word}: {fits} fit"]
+    kinds = {"object": dict, "array": list, "string": str, "boolean": bool, "null": type(None)}
+    wanted = rule.get("type")
+    if wanted in kinds and not isinstance(value, kinds[wanted]):
+        return [f"{value!r} is no {wanted}"]
+    if wanted in ("number", "integer") and type(value) not in ((int,) if wanted == "integer" else (int, float)):
+        return [f"{value!r} is no {wanted}"]
+    if "const" in rule and value != rule["const"] or "enum" in rule and value not in rule["enum"]:
+        found.append(f"{value!r} is not allowed")
+    if wanted in ("number", "integer"):
+        good = (rule.get("minimum", value) <= value <= rule.get("maximum", value)
+                and ("exclusiveMinimum" not in rule or value > rule["exclusiveMinimum"])
+                and ("exclusiveMaximum" not in rule or value < rule["exclusiveMaximum"]))
+        found += [] if good else [f"{value!r} is out of range"]
+    if isinstance(value, list) and wanted == "array":
+        if not rule.get("minItems", 0) <= len(value) <= rule.get("maxItems", len(value)):
+            found.append(f"{len(value)} items")
+        found += [each for item in value for each in complaints(definitions, rule["items"], item)]
+    if isinstance(value, dict):
+        found += [f"{name} is missing" for name in rule.get("required", ()) if name not in value]
+        for name, inner in value.items() if "properties" in rule else ():
+            part = rule["properties"].get(name)
+            found += [f"{name} is unknown"] if part is None else complaints(definitions, part, inner)
+    return found
+
+
+def judged(document):
+    """Return what the committed schema has against a document, by jsonschema where that is installed."""
+    rules = json.loads(reference.schema_json())
+    try:
+        import jsonschema
+    except ImportError:
+        return complaints(rules["$defs"], rules, document)
+    return [str(error) for error in jsonschema.Draft202012Validator(rules).iter_errors(document)]
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_the_schema_accepts_every_shipped_scene(path):
+    """An editor shows no false mistakes."""
+    assert judged(json.loads(path.read_text(encoding="utf-8"))) == []
+
+
+@pytest.mark.parametrize(("path", "value"), [
+    (("scene", "shapes", 0, "radius"), -1), (("scene", "shapes", 0, "raduis"), 1), (("camera", "fov"), 180),
+    (("scene", "shapes", 0, "type"), "sphre"), (("rendermode",), "phng"), (("camera", "position"), [1, 2]),
+    (("scene", "shapes", 5, "halfspaces"), [[1, 0, 0, 1]]), (("samples",), 0), (("samples",), 1.5),
+])
+def test_the_schema_refuses_what_the_loader_refuses(document, path, value):
+    """Both come from the same declarations."""
+    assert judged(document) == []
+    place = document
+    for step in path[:-1]:
+        place = place[step]
+    place[path[-1]] = value
+    assert judged(document)
+    with pytest.raises(SceneError):
+        from_dict(document, strict=True)

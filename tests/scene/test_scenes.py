@@ -1,0 +1,51 @@
+"""The scenes that ship load without a remark, and are what they say."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from renderer.scene import schema
+from renderer.scene.loader import load, override
+
+FOLDER = Path(__file__).resolve().parents[2] / "scenes"
+SCENES = sorted(FOLDER.rglob("*.json"))
+FEATURES = sorted(FOLDER.glob("features/*.json"))
+COURSEWORK = ("binary_primitives", "simple_phong", "mirror_image", "scene")
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_a_shipped_scene_loads_without_a_remark(path):
+    """Also with strict."""
+    assert load(path, strict=True).warnings == ()
+
+
+@pytest.mark.parametrize("name", COURSEWORK)
+def test_an_original_loads_unchanged_and_ours_has_the_same_figures(coursework, name):
+    """The render mode of the scene picture is ours."""
+    original, ours = load(coursework / f"{name}.json", strict=True), load(FOLDER / f"{name}.json")
+    assert original.warnings == ()
+    assert override(original, mode=ours.description.rendermode).description == ours.description
+
+
+@pytest.mark.parametrize("path", FEATURES, ids=lambda path: path.stem)
+def test_a_feature_scene_is_small(path):
+    """So that every check can render it."""
+    camera = load(path).description.camera
+    assert (camera.width, camera.height) == (300, 200)
+
+
+@pytest.mark.parametrize("kind", schema.SHAPE_KINDS)
+def test_every_kind_of_shape_has_its_scenes(kind):
+    """One for the shape, one with a texture, named after it and holding it."""
+    plain = [path for path in FEATURES if path.stem.startswith(f"shape_{kind}")]
+    textured = [path for path in FEATURES if path.stem == f"texture_{kind}"]
+    assert plain and textured
+    for path in plain + textured:
+        assert kind in {shape["type"] for shape in json.loads(path.read_text())["scene"]["shapes"]}
+
+
+@pytest.mark.parametrize("mode", [mode for mode in schema.RENDER_MODES if mode != "phong"])
+def test_every_mode_has_its_scene(mode):
+    """Named after it."""
+    assert load(FOLDER / "features" / f"mode_{mode}.json").description.rendermode == mode
