@@ -69,8 +69,8 @@ def run_with_newer_python(argv):
         if path and succeeds([path, "-c", ""]):
             return subprocess.call([path, __file__, *argv])
     found = ".".join(map(str, sys.version_info[:3]))
-    print(f"set-up: Python 3.11 or newer is needed; {sys.executable} is {found}, and none of {', '.join(NEWER_PYTHONS)} "
-          "was found.\nInstall one and name it: make setup PYTHON=/path/to/python3.11", file=sys.stderr)
+    print(f"set-up: Python 3.11 or newer is needed; {sys.executable} is {found}, and none of "
+          f"{', '.join(NEWER_PYTHONS)} was found.\nInstall one and name it: make setup PYTHON=/path/to/python3.11", file=sys.stderr)
     return 1
 
 
@@ -97,6 +97,8 @@ class Environment:
     the digest of what was installed.
     """
 
+    venv_options = ()  # the tests do without pip, which takes longest
+
     def __init__(self, folder):
         self.folder = folder.absolute()
         self.python = self.folder / "bin" / "python"
@@ -115,8 +117,8 @@ class Environment:
         self.notes.mkdir(parents=True)
         (self.notes / "made-here").touch()
         (self.notes / "unfinished").touch()
-        done = subprocess.run([sys.executable, "-m", "venv", str(self.folder)], stdin=subprocess.DEVNULL,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        done = subprocess.run([sys.executable, "-m", "venv", *self.venv_options, str(self.folder)], text=True,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         if done.returncode:
             raise SetupError(f"the virtual environment could not be made:\n{done.stdout.strip()}")
         (self.notes / "python").write_text(os.path.realpath(self.python))
@@ -134,8 +136,8 @@ class Environment:
     def _remove(self):
         """Delete an environment of our own that is half done or whose Python has gone."""
         if not (self.notes / "made-here").exists():
-            raise SetupError(f"{shown(self.folder)} is no virtual environment with Python 3.11 or newer and pip, and was "
-                             "not made here. Move it away, then try again")
+            raise SetupError(f"{shown(self.folder)} is no virtual environment with Python 3.11 or newer and pip, and "
+                             "was not made here. Move it away, then try again")
         say(f"{shown(self.folder)} is unfinished or its Python has changed: starting afresh")
         shutil.rmtree(self.folder)
 
@@ -230,8 +232,8 @@ def provide_llvm(environment, source):
     if llvm_trial.try_cuda(python=str(environment.python)).works:
         say("no usable LLVM was found; rendering will use the GPU")
         return
-    raise SetupError(f"no usable LLVM (version {llvm.OLDEST} to {llvm.NEWEST}) could be found or installed. Install one with "
-                     f"your system's packages, or name one: export {llvm.VARIABLE}=/path/to/libLLVM.so; then: make setup")
+    raise SetupError(f"no usable LLVM (version {llvm.OLDEST} to {llvm.NEWEST}) could be found or installed. Install one "
+                     f"with your system's packages, or name one: export {llvm.VARIABLE}=/path/to/libLLVM.so; then: make setup")
 
 
 def require_system_libraries(environment, llvm_trial):
@@ -240,11 +242,11 @@ def require_system_libraries(environment, llvm_trial):
     while library:
         package = llvm_trial.DEBIAN_PACKAGES.get(library)
         if not package or not shutil.which("apt-get"):
-            raise SetupError(f"the system library {library} is missing, and Dr.Jit needs it. Install the package of your "
-                             "system that holds it, then: make setup")
+            raise SetupError(f"the system library {library} is missing, and Dr.Jit needs it. Install the package of "
+                             "your system that holds it, then: make setup")
         if not can_install_packages():
-            raise SetupError(f"the system library {library} is missing, and Dr.Jit needs it. Install it, then try again:\n"
-                             f"  sudo apt-get install {package}")
+            raise SetupError(f"the system library {library} is missing, and Dr.Jit needs it. Install it, then try "
+                             f"again:\n  sudo apt-get install {package}")
         say(f"the system library {library} is missing: installing {package} with apt-get")
         remaining = apt_install(package) and llvm_trial.missing_library(python=str(environment.python))
         if remaining in (False, library):

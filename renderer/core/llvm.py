@@ -19,7 +19,7 @@ OLDEST, NEWEST = 17, 23  # the versions that Dr.Jit 1.5 works with
 # 19 is what set-up installs and every measurement was made with; 22 and 23 gave the same bits; the rest by age.
 PREFERENCE = (19, 22, 23, 21, 20, 18, 17)
 TOO_OLD = (16, 15, 14, 13, 12, 11)
-TOO_OLD_REASON = f"Dr.Jit 1.5 needs LLVM {OLDEST} or newer (older ones abort the program at the first minimum or maximum)"
+TOO_OLD_REASON = f"Dr.Jit needs LLVM {OLDEST} or newer, and older ones kill the program"
 RECORD = "libllvm.txt"  # written into the virtual environment by set-up: the path that it tried with success
 ELF_MAGIC, ELF_MACHINE = b"\x7fELF", slice(18, 20)  # bytes 18 and 19 of an ELF file name the processor
 MAC_MAGICS = (b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe")
@@ -96,7 +96,7 @@ def check(path: str) -> str | None:
 
 
 def check_version(version: tuple[int, ...]) -> str | None:
-    """Return why a loaded LLVM (`drjit.detail.llvm_version()`) is unfit, or None: for files whose name tells nothing."""
+    """Return why a loaded LLVM (`drjit.detail.llvm_version()`) is unfit, or None: names do not tell all."""
     if tuple(version)[:1] < (OLDEST,):
         return f"LLVM {'.'.join(map(str, version))} was loaded: {TOO_OLD_REASON}"
     return None
@@ -117,7 +117,7 @@ def version_of(path: str) -> int | None:
 
 
 def recorded(prefix: str | None = None) -> str | None:
-    """Return the library that set-up tried with success in a virtual environment (default: the running one), or None."""
+    """Return the library that set-up tried with success in an environment (default: the running one), or None."""
     try:
         with open(os.path.join(prefix or sys.prefix, RECORD), encoding="utf-8") as file:
             return file.read().strip() or None
@@ -150,7 +150,8 @@ def _names(folder: str, version: int) -> tuple[str, ...]:
     if sys.platform == "darwin":
         names = (f"libLLVM-{version}.dylib", f"libLLVM.{version}.1.dylib", f"libLLVM.{version}.0.dylib")
     else:
-        names = (f"libLLVM-{version}.so", f"libLLVM.so.{version}.1", f"libLLVM.so.{version}.0", f"libLLVM-{version}.so.1")
+        names = (f"libLLVM-{version}.so", f"libLLVM.so.{version}.1", f"libLLVM.so.{version}.0",
+                 f"libLLVM-{version}.so.1")
     if str(version) in folder:
         names += (_plain_name(),)
     return tuple(os.path.join(folder, name) for name in names)

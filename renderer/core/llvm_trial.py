@@ -60,10 +60,10 @@ def missing_library(*, python: str = sys.executable, time_limit: float = TIME_LI
                               errors="replace", timeout=time_limit)
     except (OSError, ValueError, subprocess.TimeoutExpired):
         return None
-    return _missing_in(done.stderr)
+    return missing_in(done.stderr)
 
 
-def _missing_in(messages: str) -> str | None:
+def missing_in(messages: str) -> str | None:
     """Return the library that the system's loader could not find, according to its message, or None."""
     match = re.search(r"(\S+\.so\S*): cannot open shared object file", messages)
     return match and match[1]
@@ -94,10 +94,11 @@ def _explain(status: int, messages: str) -> str:
             name = signal.Signals(-status).name
         except ValueError:
             name = f"signal {-status}"
-        told = next((line for line in lines if line.startswith("LLVM ERROR")), "")
+        told = next((line.split(": 0x")[0] for line in lines if line.startswith("LLVM ERROR")), "")
         return f"the process was killed by {name}" + (f" ({told})" if told else "")
-    if _missing_in(messages):
-        return f"Dr.Jit needs the system library {_missing_in(messages)}, which is not there"
+    library = missing_in(messages)
+    if library:
+        return f"Dr.Jit needs the system library {library}, which is not there"
     if any("No module named 'drjit'" in line for line in lines):
         return "Dr.Jit is not installed"
     if any("backend is inactive" in line for line in lines):
