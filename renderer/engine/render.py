@@ -108,16 +108,20 @@ def _first_hits(mode, scene, camera, width, height):
     kind, row = camera
     corner = pixel_corner(dr.arange(UInt32, width * height), dr.opaque(UInt32, width))
     named, colour = first_hit.channels(mode, scene, *kind.ray(row, corner + Vector2f(0.5)))
+    # values that are the same everywhere, as in an empty scene, are spread over all pixels
+    named = {name: value + dr.zeros(type(value), width * height) for name, value in named.items()}
+    colour += dr.zeros(Vector3f, width * height)
     dr.eval(named, colour)
     return colour, named
 
 
 def _sampled(integrator, camera, width, height, samples, seed, progress):
     """Return the mean of the samples; a pass renders a few of them, so many that it takes about PASS_SECONDS."""
-    pixel = dr.arange(UInt32, width * height)
+    lanes = width * height
+    pixel = dr.arange(UInt32, lanes)
     corner = pixel_corner(pixel, dr.opaque(UInt32, width))
     sampler = R2(pixel, dr.opaque(UInt32, seed)) if samples > 1 else None
-    radiance, done, count = dr.zeros(Vector3f, width * height), 0, min(samples, FIRST_PASS_SAMPLES)
+    radiance, done, count = dr.zeros(Vector3f, lanes), 0, min(samples, FIRST_PASS_SAMPLES)
     if samples > count:
         dr.make_opaque(radiance)  # so that the first pass uses the same kernel as the others
     while done < samples:

@@ -36,5 +36,5 @@ ENCODINGS = {"linear": lambda x: x, "srgb": srgb}
 def to_bytes(channel, scale, tonemap, encoding):
     """Return a channel as UInt8: curve of channel * scale, clipped to [0, 1], encoded; NaN becomes 0."""
     value = CURVES[tonemap](channel * scale)
-    value = greater(lesser(value, Float(1)), Float(0))
+    value = lesser(greater(value, Float(0)), Float(1))
     return UInt8(ENCODINGS[encoding](value) * 255 + 0.5)

@@ -20,6 +20,10 @@ from renderer.core.records import NO_SHAPE, Ray
 from renderer.core.rows import repeat
 from renderer.integrators.base import register
 from renderer.scene.compiled import ETA, EXPONENT, GLASS, KD, SHARE, SPECULAR, leave
+from renderer.scene.schema import MAX_BOUNCES
+
+# The same for every scene: Dr.Jit 1.5 takes kernels that differ only in the size of local memory for the same one.
+STACK_SIZE = MAX_BOUNCES
 
 
 @dataclass
@@ -49,15 +53,13 @@ class Phong:
 
     def __init__(self, scene, bounces):
         self._scene = scene
-        self._bounces = bounces
         self._limit = dr.opaque(UInt32, bounces)
         # one segment a level waits while its sibling is followed
-        self._stack_size = bounces if scene.has_glass else 0
 
     def start(self, lanes):
         """Return lanes without a ray."""
         now = dr.zeros(Segment, lanes)
-        waiting = dr.alloc_local(Segment, self._stack_size) if self._stack_size else None
+        waiting = dr.alloc_local(Segment, STACK_SIZE) if self._scene.has_glass else None
         return Tree(now, waiting, dr.zeros(UInt32, lanes))
 
     def restart(self, tree, where, o, d):
@@ -131,8 +133,6 @@ class Phong:
     def _branch(self, tree, mirrored, through, onward):
         """Return whether each lane goes on, and its tree: one child is followed, its sibling waits, or a waiting one is taken."""
         goes_back, goes_through = onward & (mirrored.weight > 0), onward & (through.weight > 0)
-        if not self._stack_size:
-            return Bool(False), tree
         both = goes_back & goes_through
         tree.waiting.write(mirrored, tree.waiting_count, both)
         count = tree.waiting_count + dr.select(both, UInt32(1), 0)
