@@ -7,6 +7,8 @@ from renderer.core.numeric import greater, lesser
 
 NEUTRAL_EXPOSURE = 0.1  # the exposure at which linear tone mapping shows radiance 1 as white
 
+BRIGHTEST = 1e6  # white on every curve; keeps squares of what is brighter from overflowing
+
 
 def linear(x):
     """Return x: radiance 1 is white, and what is brighter is clipped."""
@@ -35,6 +37,7 @@ ENCODINGS = {"linear": lambda x: x, "srgb": srgb}
 
 def to_bytes(channel, scale, tonemap, encoding):
     """Return a channel as UInt8: curve of channel * scale, clipped to [0, 1], encoded; NaN becomes 0."""
-    value = CURVES[tonemap](channel * scale)
+    value = channel * scale
+    value = CURVES[tonemap](dr.select(value > BRIGHTEST, BRIGHTEST, value))
     value = lesser(greater(value, Float(0)), Float(1))
     return UInt8(ENCODINGS[encoding](value) * 255 + 0.5)
