@@ -8,7 +8,7 @@ something unknown was found come here. The tables below are also the alias table
 from __future__ import annotations
 
 from renderer.scene import schema
-from renderer.scene.values import AT_KEY, ERROR, NOTE, NOTHING, WARNING, Finding, linked, nearest, quoted
+from renderer.scene.findings import AT_KEY, ERROR, NOTE, NOTHING, WARNING, Finding, linked, nearest, quoted
 
 # Besides these, a key that differs from ours only in case, blanks, hyphens or underscores is understood.
 RENAMED = {

@@ -10,7 +10,7 @@ import os
 
 from renderer.scene import schema
 from renderer.scene.loaded import resolve
-from renderer.scene.values import NOTE, WARNING, Finding, linked, quoted
+from renderer.scene.findings import NOTE, WARNING, Finding, linked, quoted
 
 PARALLEL = 1e-6  # sine of the angle below which float32 cannot tell two directions apart reliably
 FLAT = 1e-7  # relative size (float32's resolution) below which an extent is nothing

@@ -7,9 +7,8 @@ Lengths are in scene units, angles in degrees, colours linear RGB; vectors are w
 
 from __future__ import annotations
 
-from renderer.scene.values import (
-    Choice, Flag, Integer, Node, Number, OneOf, Record, Rows, TextureSource, Vector, key, node,
-)
+from renderer.scene.nodes import Node, key, node
+from renderer.scene.values import Choice, Flag, Integer, Number, OneOf, Record, Rows, TextureSource, Vector
 
 PHONG_MODES = ("binary", "phong")
 DEBUG_MODES = ("depth", "normals", "uv", "albedo", "shapes")

@@ -8,66 +8,12 @@ libraries take a third of the time that a whole picture may take only to be impo
 
 from __future__ import annotations
 
-import dataclasses
-
-# How much a finding weighs: a mistake; something not rendered as written; an unknown key; a harmless translation.
-ERROR, WARNING, IGNORED, NOTE = "error", "warning", "ignored", "note"
-AT_VALUE, AT_KEY, AT_PARENT = "value", "key", "parent"
+from renderer.scene.findings import (
+    AT_KEY, AT_PARENT, ERROR, IGNORED, NOTHING, Finding, listed, nearest, quoted,
+)
 
 # float32 holds up to 3.4e38 and loses precision below 1.2e-38; rays are intersected with squares of lengths.
 LARGEST, SMALLEST = 1e18, 1e-18
-NOTHING = object()
-
-
-class Finding:
-    """A remark about the value at `at`; `value` (if given) is quoted after it; `anchor` says where it points to.
-
-    `as_written`: `at` is a path of the file itself, not of the document after translation.
-    """
-
-    def __init__(self, at, message, value=NOTHING, anchor=AT_VALUE, severity=ERROR, as_written=False):
-        self.at, self.message, self.value = at, message, value
-        self.anchor, self.severity, self.as_written = anchor, severity, as_written
-
-
-def spelt_out(at):
-    """Return the linked path as a tuple of keys and indices from the top of the file."""
-    keys = []
-    while at is not None:
-        at, key = at
-        keys.append(key)
-    return tuple(reversed(keys))
-
-
-def linked(path):
-    """Return the tuple of keys and indices as a linked path."""
-    at = None
-    for key in path:
-        at = (at, key)
-    return at
-
-
-def quoted(name):
-    """Return a name from a file in quotes, cut to a readable length, with control characters escaped."""
-    text = repr(str(name))
-    return text if len(text) <= 60 else text[:56] + "...'"
-
-
-def nearest(name, known):
-    """Return ", did you mean '...'?" for the known name that resembles `name` most, or an empty string."""
-    import difflib  # only needed once something is wrong
-
-    folded = {candidate.lower(): candidate for candidate in reversed(list(known))}
-    given = str(name)[:80].lower()
-    found = difflib.get_close_matches(given, folded, n=1, cutoff=0.6)
-    if not found and len(given) > 2:
-        found = [candidate for candidate in folded if candidate.startswith(given)][:1]
-    return f", did you mean '{folded[found[0]]}'?" if found else ""
-
-
-def listed(names):
-    """Return the names as a readable list."""
-    return ", ".join(str(name) for name in names)
 
 
 class Number:
@@ -98,11 +44,14 @@ class Number:
 
     def range(self):
         """Return the allowed range in words; empty where only float32's own limits apply."""
-        low = "" if self.low == -LARGEST else f"greater than {self.low:g}" if self.low_open else f"at least {self.low:g}"
-        high = "" if self.high == LARGEST else f"less than {self.high:g}" if self.high_open else f"at most {self.high:g}"
-        if low and high and not (self.low_open or self.high_open):
+        bounds = []
+        if self.low > -LARGEST:
+            bounds.append(f"{'greater than' if self.low_open else 'at least'} {self.low:g}")
+        if self.high < LARGEST:
+            bounds.append(f"{'less than' if self.high_open else 'at most'} {self.high:g}")
+        if len(bounds) == 2 and not (self.low_open or self.high_open):
             return f"between {self.low:g} and {self.high:g}"
-        return " and ".join(filter(None, (low, high)))
+        return " and ".join(bounds)
 
     def words(self):
         return " ".join(filter(None, ("a number", self.range())))
@@ -173,9 +122,8 @@ class Choice:
         return None
 
     def words(self):
-        return listed(f'"{name}"' for name in self.names) if len(self.names) == 1 else "one of " + listed(
-            f'"{name}"' for name in self.names
-        )
+        names = listed(f'"{name}"' for name in self.names)
+        return names if len(self.names) == 1 else f"one of {names}"
 
     def json_schema(self):
         return {"const": self.names[0]} if len(self.names) == 1 else {"enum": list(self.names)}
@@ -233,7 +181,7 @@ class Rows:
 
 
 class Record:
-    """An object with the declared keys of `made`, a class decorated by `node`.
+    """An object with the declared keys of `made`, a class decorated by `nodes.node`.
 
     partial: after a mistake, return a record with None for what is missing, so that the rest can still be checked.
     """
@@ -324,62 +272,3 @@ class TextureSource:
 
     def json_schema(self):
         return {"anyOf": [{"type": "string", "minLength": 1}, {"type": "null"}, self.kinds.json_schema()]}
-
-
-class Key:
-    """A declared key: its kind, whether a file must have it, its default, unit and sentence."""
-
-    def __init__(self, kind, description, unit, required, default):
-        self.kind, self.description, self.unit = kind, description, unit
-        self.required, self.default = required, default
-
-
-def key(kind, description, *, default=NOTHING, unit="", required=None):
-    """Return the declaration of one key; without a default, a file must have it."""
-    required = default is NOTHING if required is None else required
-    metadata = {"key": Key(kind, description, unit, required, None if default is NOTHING else default)}
-    if default is NOTHING:
-        return dataclasses.field(metadata=metadata)
-    return dataclasses.field(default=default, metadata=metadata)
-
-
-class Node:
-    """Base of the records: frozen, compared by value, made with keywords only.
-
-    Written out rather than generated for each record, because generating costs half a millisecond a record at every
-    start. `dataclasses.fields`, `replace` and `asdict` work on records.
-    """
-
-    keys, defaults = {}, {}  # name: Key; name: default of what may be absent
-
-    def __init__(self, **values):
-        state = self.__dict__
-        state.update(self.defaults)
-        state.update(values)
-        if len(state) != len(self.keys):
-            odd = listed(sorted(state.keys() ^ self.keys.keys()))
-            raise TypeError(f"{type(self).__name__}: missing or unknown: {odd}")
-
-    def __setattr__(self, name, value):
-        raise dataclasses.FrozenInstanceError(f"cannot assign to {name}")
-
-    def __delattr__(self, name):
-        raise dataclasses.FrozenInstanceError(f"cannot delete {name}")
-
-    def __eq__(self, other):
-        return self.__dict__ == other.__dict__ if type(other) is type(self) else NotImplemented
-
-    def __hash__(self):
-        return hash((type(self), *(self.__dict__[name] for name in self.keys)))
-
-    def __repr__(self):
-        return f"{type(self).__name__}({listed(f'{name}={self.__dict__[name]!r}' for name in self.keys)})"
-
-
-def node(declared):
-    """Class decorator for subclasses of Node: fill in `keys` and `defaults` from the declarations."""
-    made = dataclasses.dataclass(init=False, repr=False, eq=False)(declared)
-    made.keys = {field.name: field.metadata["key"] for field in dataclasses.fields(made)}
-    made.defaults = {field.name: field.default for field in dataclasses.fields(made)
-                     if field.default is not dataclasses.MISSING}
-    return made

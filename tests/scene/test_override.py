@@ -16,7 +16,8 @@ def test_given_settings_replace_the_files_own(loaded):
     changed = override(loaded, mode="depth", width=30, samples=4, nbounces=0)
     camera = changed.description.camera
     assert (camera.width, camera.height, camera.position) == (30, 800, (0.0, 0.0, -5.0))
-    assert (changed.description.rendermode, changed.description.samples, changed.description.nbounces) == ("depth", 4, 0)
+    description = changed.description
+    assert (description.rendermode, description.samples, description.nbounces) == ("depth", 4, 0)
     assert loaded.description.camera.width == 1200
     assert changed.shapes == loaded.shapes
 
