@@ -39,7 +39,7 @@ bench: setup-bench
 	@$(VENV_PYTHON) -m benchmarks $(ARGS)
 
 docs: setup
-	@$(VENV_PYTHON) -m tools.docs $(ARGS)
+	@$(VENV_PYTHON) -m renderer.scene.reference
 
 doctor: setup
 	@$(VENV_PYTHON) -m renderer doctor

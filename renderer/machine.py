@@ -35,7 +35,8 @@ def gpu_name() -> str:
     """Return what the driver's tool says the GPU is."""
     try:
         done = subprocess.run(["nvidia-smi", "--query-gpu=name,memory.total", "--format=csv,noheader"],
-                              timeout=TOOL_LIMIT, capture_output=True, text=True, errors="replace", stdin=subprocess.DEVNULL)
+                              timeout=TOOL_LIMIT, capture_output=True, text=True, errors="replace",
+                              stdin=subprocess.DEVNULL)
         return done.stdout.strip().splitlines()[0] if done.returncode == 0 else "unnamed"
     except (OSError, IndexError, subprocess.TimeoutExpired):
         return "unnamed"

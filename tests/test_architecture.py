@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-LEVELS = {"core": 0, "io": 1, "accel": 1, "textures": 1, "shapes": 2, "bsdfs": 2, "cameras": 2, "samplers": 2, "lights": 3,
-          "scene": 4, "integrators": 5, "engine": 6}
+LEVELS = {"core": 0, "io": 1, "accel": 1, "textures": 1, "shapes": 2, "bsdfs": 2, "cameras": 2, "samplers": 2,
+          "lights": 3, "scene": 4, "integrators": 5, "engine": 6}
 TOP = 7  # the modules of renderer/ itself: cli, doctor and what they use
 FAMILIES = ("textures", "shapes", "bsdfs", "cameras", "samplers", "lights", "integrators")
 SHARED = ("base", "fresnel", "microfacet")  # what the kinds of a family may have in common

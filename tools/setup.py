@@ -70,7 +70,8 @@ def run_with_newer_python(argv):
             return subprocess.call([path, __file__, *argv])
     found = ".".join(map(str, sys.version_info[:3]))
     print(f"set-up: Python 3.11 or newer is needed; {sys.executable} is {found}, and none of "
-          f"{', '.join(NEWER_PYTHONS)} was found.\nInstall one and name it: make setup PYTHON=/path/to/python3.11", file=sys.stderr)
+          f"{', '.join(NEWER_PYTHONS)} was found.\n"
+          "Install one and name it: make setup PYTHON=/path/to/python3.11", file=sys.stderr)
     return 1
 
 
@@ -232,8 +233,9 @@ def provide_llvm(environment, source):
     if llvm_trial.try_cuda(python=str(environment.python)).works:
         say("no usable LLVM was found; rendering will use the GPU")
         return
-    raise SetupError(f"no usable LLVM (version {llvm.OLDEST} to {llvm.NEWEST}) could be found or installed. Install one "
-                     f"with your system's packages, or name one: export {llvm.VARIABLE}=/path/to/libLLVM.so; then: make setup")
+    raise SetupError(f"no usable LLVM (version {llvm.OLDEST} to {llvm.NEWEST}) could be found or installed. Install "
+                     "one with your system's packages, or name one, then try again:\n"
+                     f"  export {llvm.VARIABLE}=/path/to/libLLVM.so; make setup")
 
 
 def require_system_libraries(environment, llvm_trial):
