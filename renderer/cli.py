@@ -36,6 +36,10 @@ class Parser(argparse.ArgumentParser):
     def error(self, message):
         raise UsageError(f"{message} (see: {self.prog} --help)")
 
+    def _print_message(self, message, file=None):
+        """Print help or version; the inherited method would hide a full disk and a closed pipe."""
+        _print(message)
+
 
 def main(arguments=None):
     """Run the command line (default: that of the process) and return its exit status; argparse may exit by itself."""
@@ -52,7 +56,6 @@ def main(arguments=None):
 
         return _failed(error, EXIT_INTERRUPTED, MESSAGE)
     except BrokenPipeError as error:
-        _abandon_standard_output()
         return _failed(error, EXIT_FAILED, "standard output: its reader closed it before everything was written")
     except MemoryError as error:
         return _failed(error, EXIT_FAILED, "there is not enough memory for this render; try a smaller --size")
@@ -111,11 +114,7 @@ def _run(arguments, start):
 def _parse(arguments):
     """Return the options; raises UsageError with the nearest known name of an unknown option."""
     parser = build_parser()
-    try:
-        options, unknown = parser.parse_known_args(arguments)
-    except SystemExit:  # --help and --version
-        sys.stdout.flush()  # here rather than at Python's end, where nothing could deal with a closed pipe
-        raise
+    options, unknown = parser.parse_known_args(arguments)
     if unknown:
         import difflib
 
@@ -223,7 +222,7 @@ def _print_schema(arguments):
         raise UsageError(f"'schema' takes no arguments, got '{arguments[0]}'")
     from renderer.scene import reference
 
-    print(reference.schema_json().rstrip("\n"), flush=True)
+    _print(reference.schema_json().rstrip("\n") + "\n")
     return EXIT_DONE
 
 
@@ -267,17 +266,17 @@ def _failed(error, status, message=None):
     return status
 
 
+def _print(text):
+    """Print what was asked for to standard output."""
+    from renderer.io import outputs
+
+    with outputs.standard_output() as stream:
+        stream.write(text.encode())
+
+
 def _say(text):
     """Print a message to standard error; nobody may be listening."""
     try:
         print(text, file=sys.stderr, flush=True)
     except (OSError, ValueError, AttributeError):  # closed by its reader, or never opened
-        pass
-
-
-def _abandon_standard_output():
-    """Let what is still buffered for standard output go nowhere, or Python complains about it at its end."""
-    try:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (OSError, ValueError, AttributeError):
         pass

@@ -5,11 +5,12 @@ All places are checked before any work is done, so that an hour of rendering is 
 
 import os
 import sys
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from renderer.core.errors import RenderError, UsageError
 from renderer.io import image
-from renderer.io.files import check_writable
+from renderer.io.files import check_writable, reason
 
 STANDARD_OUTPUT = "-"
 EXTENSIONS = (".ppm", ".png", ".exr")
@@ -63,7 +64,9 @@ def write_all(paths, rendering, grading, header):
             if rgb8 is None:
                 rgb8 = rendering.rgb8(grading.tonemap, grading.exposure, grading.encoding)
             if path == STANDARD_OUTPUT:
-                _write_standard_output(rgb8, rendering.width, rendering.height)
+                with standard_output() as stream:
+                    stream.write(image.ppm_header(rendering.width, rendering.height))
+                    stream.write(rgb8)
             elif _extension(path) == ".png":
                 image.write_png(path, rgb8, rendering.width, rendering.height)
             else:
@@ -72,6 +75,26 @@ def write_all(paths, rendering, grading, header):
             failures.append(str(error))
     if failures:
         raise RenderError("\n".join(failures))
+
+
+@contextmanager
+def standard_output():
+    """Yield standard output as a binary stream, flushed when the block ends.
+
+    Raises: UsageError if it is closed, RenderError if it cannot take what is written, BrokenPipeError if its reader
+    has gone.
+    """
+    if sys.stdout is None:
+        raise UsageError("standard output is closed")
+    try:
+        sys.stdout.flush()
+        # Not sys.stdout.buffer: with PYTHONUNBUFFERED that may write less than it is given.
+        with open(sys.stdout.fileno(), "wb", closefd=False) as stream:
+            yield stream
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise RenderError(f"standard output: cannot be written: {reason(error)}") from error
 
 
 def name(path):
@@ -96,15 +119,3 @@ def _check_one(path):
     if _extension(path) not in EXTENSIONS:
         raise UsageError(f"{path or '(empty)'}: unknown picture format; the name must end in {', '.join(EXTENSIONS)}")
     check_writable(path)
-
-
-def _write_standard_output(rgb8, width, height):
-    """Write a PPM to standard output; RenderError if it cannot take it, BrokenPipeError if its reader has gone."""
-    try:
-        sys.stdout.buffer.write(image.ppm_header(width, height))
-        sys.stdout.buffer.write(rgb8)
-        sys.stdout.buffer.flush()
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        raise RenderError(f"standard output: cannot be written: {image.reason(error)}") from error

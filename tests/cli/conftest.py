@@ -107,3 +107,13 @@ def with_renderer(options):
     """Return the options of a process with an environment in which the renderer is found."""
     environment = {name: value for name, value in os.environ.items() if name != "RENDERER_DEBUG"}
     return options | {"env": environment | {"PYTHONPATH": str(ROOT)} | options.get("env", {})}
+
+
+@pytest.fixture
+def interruptible():
+    """Start a command to which Ctrl-C means what it does on a terminal, whatever the tests were started with."""
+    def start_command(*command, **options):
+        return subprocess.Popen(["env", "--default-signal=INT", *command], stderr=subprocess.PIPE,
+                                **with_renderer(options))
+
+    return start_command

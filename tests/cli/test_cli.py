@@ -226,7 +226,6 @@ def test_failure_while_rendering_is_told(scene, engine, capsys, monkeypatch, err
     def fail(loaded, *, seed, progress):
         raise error
 
-    monkeypatch.setattr(cli, "_abandon_standard_output", lambda: None)  # it would take pytest's own away
     monkeypatch.delenv("RENDERER_DEBUG", raising=False)
     engine.render = fail
     Path("small.ppm").write_bytes(b"old")
@@ -276,10 +275,10 @@ def test_unloadable_library_points_to_the_doctor(scene, capsys, monkeypatch):
         "'python -m renderer doctor' tells what to do\n")
 
 
-def test_schema_is_json(capsys):
+def test_schema_is_json(capfd):
     """What is printed is a JSON Schema and nothing else."""
     assert cli.main(["schema"]) == 0
-    assert json.loads(capsys.readouterr().out)["type"] == "object"
+    assert json.loads(capfd.readouterr().out)["type"] == "object"
 
 
 @pytest.mark.parametrize("rate, words", [
