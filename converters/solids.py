@@ -15,7 +15,7 @@ from converters.geometry import (
     Mesh, box_mesh, convex_mesh, frame, hull, intersection, matrix, unit,
 )
 
-PLANE_RADIUS = 1e5  # scene units
+PLANE_RADIUS = 1e6  # scene units: the rim is 1e-6 from the horizon, less than rounding of a camera ray
 TEXTURED_PLANE_HALF_SIDE = 100.0  # scene units; Mitsuba's disks have polar texture coordinates, so a rectangle stands in
 
 # From the primitive's own texture coordinates to ours, homogeneous 3 x 3. A disk has (radius, azimuth); the lower cap

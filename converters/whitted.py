@@ -25,8 +25,9 @@ from converters.solids import CAP_UV, LOWER_CAP_UV, camera_matrix, parts  # noqa
 
 NO_SHAPE = 0xFFFFFFFF
 ATTRIBUTES = ("shape_number", "part_number")  # carried by every primitive
-OFFSET = 1e-5  # relative to 1 + the greatest coordinate: how far from its surface a secondary ray starts. Mitsuba's own
-# 9e-5 shows in curved mirrors (errors fall in proportion down to 2e-6, where surfaces begin to shadow themselves).
+# How far from its surface a secondary ray starts, relative to 1 + the greatest coordinate or distance. Mitsuba's own 9e-5
+# shows in curved mirrors and glass; errors fall in proportion down to 2e-6, where surfaces begin to shadow themselves.
+OFFSET = 3e-6
 NEGLIGIBLE = 1e-7  # a ray that contributes less than this share of its pixel is not followed
 UNCERTAIN = 1e-3  # pixels: how far a ray may be off by rounding of the camera's frame and of float32 directions
 EDGE_ANGLE = 0.05  # difference of unit normals within UNCERTAIN from which a pixel sees an edge
@@ -125,7 +126,7 @@ class Counterpart:
 
 def _start(hit, direction):
     """Return where rays of the given directions start: at the hit, moved off the surface to the ray's side."""
-    distance = OFFSET * (1 + dr.max(dr.abs(hit.p)))
+    distance = OFFSET * (1 + dr.maximum(dr.max(dr.abs(hit.p)), hit.t))  # both bound the rounding of the hit point
     return mi.Point3f(hit.p + dr.mulsign(mi.Vector3f(hit.n), dr.dot(hit.n, direction)) * distance)
 
 

@@ -27,7 +27,7 @@ AOV_REMARKS = {
     "uv": "texture coordinates of caps and planes are Mitsuba's own",
     "shapes": "Mitsuba counts primitives: a cylinder is three shapes",
 }
-NEAR, FAR = 1e-3, 1e5  # scene units
+NEAR, FAR = 1e-3, 1e7  # scene units
 SAMPLES = 64  # rays a pixel where the scene asks for one: the stock counterpart is a Monte Carlo estimate
 NEVER = 1000  # path length from which Russian roulette starts: it would only add noise
 
