@@ -171,9 +171,12 @@ def _load_engine(backend, threads):
     """Return the render function, with Dr.Jit set up; RenderError in plain words if it cannot be loaded."""
     if backend is not None:
         os.environ["RENDERER_BACKEND"] = backend  # read once, when Dr.Jit's types are imported
+    from renderer.interrupt import interrupt_held_back
+
     try:
-        from renderer.engine.render import render
-        import drjit  # only now: the renderer finds LLVM for it first
+        with interrupt_held_back():
+            from renderer.engine.render import render
+            import drjit  # only now: the renderer finds LLVM for it first
     except (ImportError, OSError, RuntimeError) as error:
         raise RenderError(f"Dr.Jit cannot be used here: {error}; '{DOCTOR}' tells what to do") from error
     if threads is not None:

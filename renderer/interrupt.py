@@ -43,6 +43,25 @@ def prompt_interrupt():
         os.close(receiving)
 
 
+@contextmanager
+def interrupt_held_back():
+    """Ctrl-C waits until the block ends: Dr.Jit aborts the process if its import is interrupted.
+
+    Raises: KeyboardInterrupt at the end of the block if the signal came while it ran.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    received = []
+    former = signal.signal(signal.SIGINT, lambda *_: received.append(True))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, former)
+        if received and callable(former):
+            raise KeyboardInterrupt
+
+
 def _watch(receiving, finished):
     """Wait for the signal or for the end of the block; end the process if the first is not soon followed by the other."""
     while received := os.read(receiving, 1):

@@ -134,6 +134,7 @@ def test_real_terminal_gets_a_bar_of_its_width():
 def test_bar_is_imported_only_when_shown(run_python):
     """A short render does not pay for the library."""
     code = """
+import sys
 from renderer.progress import Progress
 Progress(sys.stderr)(1, 2)
 print("tqdm" in sys.modules)
