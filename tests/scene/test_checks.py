@@ -25,6 +25,7 @@ DEGENERATE = {
     "equal vertices": {"type": "convex", "vertices": [[4, 4, 4]] * 4},
     "disjoint half-spaces": {"type": "convex", "halfspaces": [[1, 0, 0, -1], [-1, 0, 0, -1]]},
     "half-spaces that touch": {"type": "convex", "halfspaces": [[0, 2, 0, 6], [0, -1, 0, -3]]},
+    "touching at the origin": {"type": "convex", "halfspaces": [[0, 1, 0, 0], [0, -1, 0, 0], [1, 0, 0, 5]]},
     "cut-off cube": {"type": "convex", "halfspaces": [*CUBE_SIDES, [1, 1, 1, -3.5]]},
 }
 SOUND = {

@@ -96,11 +96,11 @@ def spoilt(draw):
             place = place[step]
         how = draw(st.sampled_from(["replace", "remove", "add", "rename"]))
         if how == "replace":
-            place[path[-1]] = draw(ODD)
+            place[path[-1]] = copy.deepcopy(draw(ODD))
         elif how == "remove":
             del place[path[-1]]
         elif isinstance(place, dict):
-            value = draw(ODD) if how == "add" else place.pop(path[-1])
+            value = copy.deepcopy(draw(ODD)) if how == "add" else place.pop(path[-1])
             place[draw(KEYS)] = value
     return document
 
