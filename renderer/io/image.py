@@ -10,7 +10,8 @@ import warnings
 from renderer.core.errors import Problem, RenderError, SceneError
 from renderer.io.files import reason, replacing
 
-# Level 1 of 9: on a noisy 1200 x 800 picture a third of the default level's time for files 5 % larger.
+# Level 1 of 9: 0.018 s against 0.037 s at the default level for mirror_image in phong mode at 1200 x 800 (105 against
+# 61 kB). A whole warm render takes 0.3 s; who stores many pictures can pack them better afterwards.
 PNG_COMPRESSION = 1
 MAX_TEXTURE_PIXELS = 2**26  # 8192 x 8192: 192 MiB as 8-bit RGB; more is a mistake or a decompression bomb
 TEXTURE_FORMATS = ("PPM", "PNG", "JPEG")

@@ -1,0 +1,61 @@
+"""docs/command-line.md tells what the parser does, no more and no less."""
+
+import re
+from pathlib import Path
+
+from renderer import __version__, cli
+from renderer.core import errors
+
+PAGE = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text()
+ROWS = [line for line in PAGE.splitlines() if line.startswith("| `-")]
+
+
+def options():
+    """Return the parser's actions that have option names."""
+    return [action for action in cli.build_parser()._actions if action.option_strings]
+
+
+def test_every_option_has_its_row():
+    """Names and place holder, in the first column."""
+    told = {cell for row in ROWS for cell in re.findall(r"`([^`]+)`", row.split("|")[1])}
+    known = {f"{name} {action.metavar}" if action.metavar else name
+             for action in options() for name in action.option_strings}
+    assert told == known
+
+
+def test_every_choice_is_told():
+    """Modes, curves, encodings and backends, in the row of their option."""
+    for action in options():
+        for choice in action.choices or ():
+            row, = [row for row in ROWS if f"`{action.option_strings[-1]} " in row]
+            assert f"`{choice}`" in row
+
+
+def test_every_exit_status_is_told():
+    """The table has the statuses of the code."""
+    told = {int(number) for number in re.findall(r"^\| (\d+) \|", PAGE, re.MULTILINE)}
+    assert told == {getattr(errors, name) for name in vars(errors) if name.startswith("EXIT_")}
+
+
+def test_every_header_key_is_told(scene, engine):
+    """What an EXR carries."""
+    import OpenEXR
+
+    assert cli.main([scene, "-o", "x.exr"]) == 0
+    keys = {key for key in OpenEXR.File("x.exr").header() if key.startswith("renderer.")}
+    assert keys == set(re.findall(r"`(renderer\.[a-z]+)`", PAGE))
+
+
+def test_backends_are_those_of_the_engine(run_python):
+    """The parser keeps a copy of the list, because asking for it would load Dr.Jit."""
+    code = "from renderer.core import backend; from renderer import cli; print(backend.BACKENDS == cli.BACKENDS)"
+    assert run_python(code).stdout == "True\n"
+
+
+def test_version_is_printed(capfd):
+    """`--version` names the program and its version."""
+    try:
+        cli.main(["--version"])
+    except SystemExit as end:
+        assert end.code == 0
+    assert capfd.readouterr().out == f"renderer {__version__}\n"
