@@ -15,7 +15,7 @@ def dielectric(cos_i, eta):
     """Return (F, cos_t): unpolarised Fresnel reflectance and the cosine of the refracted ray; F = 1 at total reflection.
 
     `eta` is the index behind the surface over the one in front of it, cos_i > 0 lies in front.
-    Source: [Born1999, sec. 1.5.2, eq. 21].
+    Source: [Born1999, sec. 1.5.2].
     """
     sin2_t = (1 - dr.square(cos_i)) / dr.square(eta)
     cos_t = safe_sqrt(1 - sin2_t)
