@@ -79,7 +79,7 @@ def build_parser():
     add("--mode", choices=schema.RENDER_MODES, metavar="MODE", help=" | ".join(schema.RENDER_MODES))
     add("--samples", type=_integer(1, schema.MAX_SAMPLES), metavar="N", help="rays a pixel")
     add("--size", type=_size, metavar="WxH", help="width and height in pixels, e.g. 1200x800")
-    add("--bounces", type=_integer(0, schema.MAX_BOUNCES), metavar="N", help="most reflections and refractions in a row")
+    add("--bounces", type=_integer(0, schema.MAX_BOUNCES), metavar="N", help="most reflections and refractions")
     add("--seed", type=_integer(0, MAX_SEED), default=0, metavar="N", help="seed of the random numbers (default 0)")
     add("--strict", action="store_true", help="treat warnings about the scene file as mistakes")
 

@@ -63,7 +63,7 @@ def interrupt_held_back():
 
 
 def _watch(receiving, finished):
-    """Wait for the signal or for the end of the block; end the process if the first is not soon followed by the other."""
+    """Wait for the signal or the end of the block; end the process if the one is not soon followed by the other."""
     while received := os.read(receiving, 1):
         if received[0] == signal.SIGINT and not finished.wait(GRACE):
             remove_unfinished()

@@ -1,4 +1,4 @@
-"""How far a render has come: one line kept up to date on a terminal, a plain line now and then where output is piped."""
+"""How far a render has come: one line kept up to date on a terminal, a plain line now and then elsewhere."""
 
 import os
 import time

@@ -11,14 +11,19 @@ import pytest
 
 HEAVY = ("numpy", "drjit", "pydantic", "PIL", "OpenEXR", "tqdm", "mitsuba")
 ENDLESS = ["--samples", "16000000", "--size", "300x200"]  # hours of work
-# Ctrl-C just when the binary part of Dr.Jit is imported, which does not survive an exception there.
+# Ctrl-C while the binary part of Dr.Jit defines its enumerations: an exception there aborts the process.
 WHILE_IMPORTING = """
 import runpy, signal, sys
+
+def interrupt(frame, event, argument):
+    if event == "call" and frame.f_code.co_filename.endswith("enum.py"):
+        sys.setprofile(None)
+        signal.raise_signal(signal.SIGINT)
 
 class Interrupting:
     def find_spec(self, name, path=None, target=None):
         if name == "drjit._drjit_ext":
-            signal.raise_signal(signal.SIGINT)
+            sys.setprofile(interrupt)
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.meta_path.insert(0, Interrupting())
@@ -150,7 +155,8 @@ print(signal.set_wakeup_fd(-1))
     assert run_python(code).stdout == "-1\n"
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["x.json", "--mode", "no"], ["absent.json"]], ids=" ".join)
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["x.json", "--mode", "no"], ["absent.json"]], ids=" ".join)
 def test_nothing_heavy_is_imported_without_need(run_python, tmp_path, arguments):
     """Help and complaints must not wait for libraries."""
     code = f"""
