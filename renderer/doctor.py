@@ -181,7 +181,7 @@ def backends() -> list[Finding]:
 
 def check_libraries() -> list[Checked]:
     """Return every LLVM library of this machine with the outcome of its trial; the one Dr.Jit will load is marked."""
-    own_choice = os.environ.get(llvm.VARIABLE)
+    own_choice = llvm.users_choice()
     chosen = llvm.prepare()
     found = llvm.candidates()
     if chosen and not any(one.path == chosen for one in found):
@@ -251,7 +251,7 @@ def kernel_cache() -> list[Finding]:
     except OSError as error:
         return [Finding(WARNING, "kernel cache", f"{folder} cannot be written ({error.strerror}): {slow}", advice)]
     sizes = [entry.stat().st_size for entry in folder.glob("*.bin")] if folder.exists() else []
-    return [Finding(OK, "kernel cache", f"{folder}, {len(sizes)} kernels, {sum(sizes) / MEBIBYTE:.1f} MiB")]
+    return [Finding(OK, "kernel cache", f"{folder}, {sum(sizes) / MEBIBYTE:.1f} MiB of kernels")]
 
 
 def memory() -> list[Finding]:

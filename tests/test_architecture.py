@@ -5,6 +5,7 @@ rule which has stopped to bite is noticed.
 """
 
 import ast
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -156,6 +157,22 @@ def test_description_is_read_without_heavy_libraries():
     program = "import sys, renderer.scene.loader; print(*{name.split('.')[0] for name in sys.modules})"
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
     assert not {"drjit", "numpy", "scipy", "mitsuba", "PIL"} & set(done.stdout.split())
+
+
+def test_llvm_is_chosen_before_dr_jit_is_imported():
+    """Dr.Jit reads the choice once, when it is imported, by whichever module comes first."""
+    program = """
+import os, sys
+class Witness:
+    def find_spec(self, name, path=None, target=None):
+        if name == "drjit":
+            print("chosen" if os.environ.get("DRJIT_LIBLLVM_PATH") else "too late")
+sys.meta_path.insert(0, Witness())
+import renderer.engine.render
+"""
+    environment = {name: value for name, value in os.environ.items() if name != "DRJIT_LIBLLVM_PATH"}
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=environment, capture_output=True, text=True)
+    assert done.stdout.split() == ["chosen"], done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("module, source, told", [

@@ -5,8 +5,6 @@ What is done already is not done again, so a second call takes a few hundredths 
 done afresh. It uses only the standard library, and runs under whatever Python is called `python3`.
 """
 
-from __future__ import annotations  # an old Python fails here already: keep this file readable to 3.7
-
 import argparse
 import hashlib
 import os
@@ -192,10 +190,10 @@ def provide_llvm(environment, source):
     sys.path.insert(0, str(ROOT))
     from renderer.core import llvm, llvm_trial
 
-    chosen = os.environ.get(llvm.VARIABLE)
+    chosen = llvm.users_choice()
     prefix, record = str(environment.folder), environment.folder / llvm.RECORD
     known = llvm.recorded(prefix)
-    if known and llvm.check(known) is None and chosen in (None, "", known) and source == "any":
+    if known and llvm.check(known) is None and chosen in (None, known) and source == "any":
         return
 
     require_system_libraries(environment, llvm_trial)

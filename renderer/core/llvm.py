@@ -23,6 +23,7 @@ TOO_OLD_REASON = f"Dr.Jit needs LLVM {OLDEST} or newer, and older ones kill the 
 RECORD = "libllvm.txt"  # written into the virtual environment by set-up: the path that it tried with success
 ELF_MAGIC, ELF_MACHINE = b"\x7fELF", slice(18, 20)  # bytes 18 and 19 of an ELF file name the processor
 MAC_MAGICS = (b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe")
+_found: list[str] = []  # what `prepare` itself put into the environment
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,15 @@ def prepare() -> str | None:
     for path, _origin in _possible_files(sys.prefix, too_old=False):
         if os.path.exists(path) and check(path) is None and (version_of(path) or path == tried):
             os.environ[VARIABLE] = path
+            _found.append(path)
             return path
     return None
+
+
+def users_choice() -> str | None:
+    """Return the library that the user named in the environment, or None where it was `prepare` that did."""
+    chosen = os.environ.get(VARIABLE) or None
+    return None if chosen in _found else chosen
 
 
 def problem() -> str | None:

@@ -55,9 +55,10 @@ def try_cuda(*, python: str = sys.executable, time_limit: float = TIME_LIMIT) ->
 
 def missing_library(*, python: str = sys.executable, time_limit: float = TIME_LIMIT) -> str | None:
     """Return the name of a system library that Dr.Jit lacks (a bare Debian has no libatomic), or None. Never raises."""
+    environment = {name: value for name, value in os.environ.items() if name != llvm.VARIABLE}
     try:
-        done = subprocess.run([python, "-c", "import drjit"], stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                              errors="replace", timeout=time_limit)
+        done = subprocess.run([python, "-c", "import drjit"], env=environment, stdin=subprocess.DEVNULL,
+                              capture_output=True, text=True, errors="replace", timeout=time_limit)
     except (OSError, ValueError, subprocess.TimeoutExpired):
         return None
     return missing_in(done.stderr)
@@ -65,7 +66,7 @@ def missing_library(*, python: str = sys.executable, time_limit: float = TIME_LI
 
 def missing_in(messages: str) -> str | None:
     """Return the library that the system's loader could not find, according to its message, or None."""
-    match = re.search(r"(\S+\.so\S*): cannot open shared object file", messages)
+    match = re.search(r"(?:ImportError: |^)(\w\S*\.so\S*): cannot open shared object file", messages)
     return match and match[1]
 
 

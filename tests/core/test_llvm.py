@@ -44,6 +44,15 @@ def test_user_choice_is_left_alone(monkeypatch):
     assert llvm.prepare() == "/no/such/libLLVM.so" == os.environ[llvm.VARIABLE]
 
 
+def test_own_choice_is_not_taken_for_the_users(only, monkeypatch):
+    """What `prepare` put into the environment does not bind set-up as the user's word does."""
+    path = only("libLLVM-19.so")
+    llvm.prepare()
+    assert llvm.users_choice() is None
+    monkeypatch.setenv(llvm.VARIABLE, path + ".mine")
+    assert llvm.users_choice() == path + ".mine"
+
+
 def test_empty_choice_counts_as_none(only, monkeypatch):
     """A variable set to nothing is how some shells unset it."""
     path = only("libLLVM-19.so")

@@ -75,6 +75,14 @@ def test_missing_system_library_is_named(tmp_path):
     assert llvm_trial.missing_library(python=imitation(tmp_path, text)) == "libatomic.so.1"
 
 
+def test_missing_llvm_is_no_missing_system_library(tmp_path, monkeypatch):
+    """Dr.Jit's own word about a bad LLVM is another matter."""
+    monkeypatch.setenv(llvm.VARIABLE, "/no/such/libLLVM.so")
+    assert llvm_trial.missing_library() is None
+    text = "echo '/no/such/libLLVM.so: cannot open shared object file: No such file or directory' >&2; exit 1"
+    assert llvm_trial.missing_library(python=imitation(tmp_path, text)) is None
+
+
 def test_no_system_library_is_missing_here():
     """Dr.Jit is importable where the tests run."""
     assert llvm_trial.missing_library(python=sys.executable) is None
