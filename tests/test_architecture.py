@@ -20,6 +20,7 @@ FAMILIES = ("textures", "shapes", "bsdfs", "cameras", "samplers", "lights", "int
 SHARED = ("base", "fresnel", "microfacet")  # what the kinds of a family may have in common
 BACKEND = "renderer.core.backend"
 DESCRIPTION = ("schema", "values", "loaded", "loader", "locate", "aliases", "checks", "reference")
+ALLOWED = {("renderer", "renderer.core.llvm")}  # chosen first of all: Dr.Jit may be imported by any module next
 FOR_CONVERTERS = ("renderer.scene.schema", "renderer.scene.loader", "renderer.scene.loaded", "renderer.io",
                   "renderer.core.errors")
 MITSUBA_ROOMS = ("converters", "benchmarks", "tests")
@@ -96,7 +97,8 @@ def judge_renderer(module, name, at_top):
     if within(module, tuple(f"renderer.scene.{part}" for part in DESCRIPTION)):
         if at_top and within(name, ("drjit", "numpy", "scipy", BACKEND)):
             yield "the description of a scene is read without Dr.Jit and numpy"
-    if name.startswith("renderer.") and room_of(name) != room_of(module) and level(name) >= level(module):
+    upwards = name.startswith("renderer.") and room_of(name) != room_of(module) and level(name) >= level(module)
+    if upwards and (module, name) not in ALLOWED:
         if not level(name) == level(module) == TOP:
             yield f"imports point down, and this one goes from level {level(module)} to {level(name)}"
     if name.startswith("renderer.") and room_of(name) == room_of(module) in FAMILIES:
@@ -181,6 +183,7 @@ import renderer.engine.render
     ("renderer.scene.tables", "from mitsuba import Ray3f", "checked against"),
     ("tools.pictures", "import mitsuba", "checked against"),
     ("renderer.cli", "import tests.support", "stands alone"),
+    ("renderer", "from renderer.core import backend", "level -1 to 0"),
     ("renderer.io.image", "from converters import solids", "stands alone"),
     ("renderer.core.numeric", "from drjit.llvm import Float", "only renderer.core.backend"),
     ("renderer.shapes.box", "import drjit.cuda", "only renderer.core.backend"),
@@ -220,6 +223,7 @@ def test_broken_rule_is_noticed(module, source, told):
     ("renderer.scene.checks", "def late():\n    from scipy.optimize import linprog"),
     ("renderer.scene.tables", "from renderer.lights import KINDS"),
     ("renderer.scene.tables", "import numpy as np"),
+    ("renderer", "from renderer.core import llvm"),
     ("renderer.cli", "from renderer import __version__, doctor"),
     ("renderer.core.backend", "import drjit.llvm as types"),
     ("converters.mitsuba.plan", "from renderer.scene import schema\nfrom renderer.io.image import read_texture"),
