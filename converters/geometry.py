@@ -27,7 +27,7 @@ def unit(vector):
 def frame(normal):
     """Return the tangent t and bitangent b = n x t that texture coordinates of a unit normal n are measured along."""
     helper = (0.0, 1.0, 0.0) if abs(normal[1]) < STEEP else (0.0, 0.0, 1.0)
-    tangent = unit(np.cross(helper, normal))
+    tangent = unit(np.cross(normal, helper))
     return tangent, np.cross(normal, tangent)
 
 
@@ -147,12 +147,14 @@ def convex_mesh(volume):
 
 
 def box_mesh(low, high):
-    """Return the box's mesh of 24 corners; every face shows the whole texture, upright on the sides."""
+    """Return the box's mesh of 24 corners; every face shows the whole texture, as it is read from outside."""
     low, high = np.asarray(low, float), np.asarray(high, float)
 
     def face_uv(normal, points):
         x, y, z = ((points - low) / (high - low)).T
         axis = int(np.argmax(np.abs(normal)))
-        return np.stack([(z, 1 - y), (x, z), (x, 1 - y)][axis], axis=1)
+        positive = [(z, 1 - y), (x, 1 - z), (1 - x, 1 - y)]
+        negative = [(1 - z, 1 - y), (x, z), (x, 1 - y)]
+        return np.stack((positive if normal[axis] > 0 else negative)[axis], axis=1)
 
     return mesh_of_facets((points, face_uv(normal, points)) for normal, points in facets(box_polyhedron(low, high)))

@@ -18,11 +18,14 @@ from converters.geometry import (
 PLANE_RADIUS = 1e6  # scene units: the rim is 1e-6 from the horizon, less than rounding of a camera ray
 TEXTURED_PLANE_HALF_SIDE = 100.0  # scene units; Mitsuba's disks have polar texture coordinates, so a rectangle stands in
 
-# From the primitive's own texture coordinates to ours, homogeneous 3 x 3. A disk has (radius, azimuth); the lower cap
-# of a cylinder looks the other way, so its azimuth runs backwards.
+# From the primitive's own texture coordinates to ours, homogeneous 3 x 3. Our camera's picture is mirrored against
+# Mitsuba's, so angles run the other way; a tube's own v runs up and ours down. A disk has (radius, azimuth); the lower
+# cap of a cylinder looks the other way, so its azimuth runs backwards.
 OWN_UV = np.eye(3)
-CAP_UV = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-LOWER_CAP_UV = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+SPHERE_UV = np.array([[-1.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+TUBE_UV = np.array([[-1.0, 0.0, 1.0], [0.0, -1.0, 1.0], [0.0, 0.0, 1.0]])
+CAP_UV = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+LOWER_CAP_UV = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 _H = TEXTURED_PLANE_HALF_SIDE
 RECTANGLE_UV = np.array([[2 * _H, 0.0, -_H], [0.0, 2 * _H, -_H], [0.0, 0.0, 1.0]])
 
@@ -41,14 +44,14 @@ class Part:
 def _sphere(shape):
     # The pole of Mitsuba's sphere is its local z: local (x, y, z) goes to world (x, -z, y), which keeps handedness.
     columns = shape.radius * np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
-    yield Part("sphere", "sphere", matrix(*columns, shape.center), uv_map=OWN_UV)
+    yield Part("sphere", "sphere", matrix(*columns, shape.center), uv_map=SPHERE_UV)
 
 
 def _cylinder(shape):
     axis, centre, radius = unit(shape.axis), np.asarray(shape.center), shape.radius
     t, b = (radius * v for v in frame(axis))
     low, high = centre - shape.height * axis, centre + shape.height * axis
-    yield Part("side", "cylinder", matrix(t, b, 2 * shape.height * axis, low), uv_map=OWN_UV)
+    yield Part("side", "cylinder", matrix(t, b, 2 * shape.height * axis, low), uv_map=TUBE_UV)
     yield Part("top", "disk", matrix(t, b, axis, high), uv_map=CAP_UV)
     yield Part("bottom", "disk", matrix(t, -b, -axis, low), uv_map=LOWER_CAP_UV)
 

@@ -21,7 +21,7 @@ if mi.variant() is None:
 from converters.geometry import frame, unit  # noqa: E402
 from converters.mitsuba.as_dict import part_object, texture_object  # noqa: E402
 from converters.nesting import outside_indices  # noqa: E402
-from converters.solids import CAP_UV, LOWER_CAP_UV, camera_matrix, parts  # noqa: E402
+from converters.solids import camera_matrix, parts  # noqa: E402
 
 NO_SHAPE = 0xFFFFFFFF
 ATTRIBUTES = ("shape_number", "part_number")  # carried by every primitive
@@ -36,7 +36,8 @@ EDGE_ANGLE = 0.05  # difference of unit normals within UNCERTAIN from which a pi
 class Counterpart:
     """A scene in Mitsuba's hands: its objects stay alive as long as this does, as Mitsuba requires."""
 
-    def __init__(self, loaded):
+    def __init__(self, loaded, offset=OFFSET):
+        self.offset = offset
         world = loaded.description.scene
         self.description, self.camera = loaded.description, loaded.description.camera
         self.numbers, self.shapes = [n for n, _ in loaded.shapes], [s for _, s in loaded.shapes]
@@ -99,15 +100,16 @@ class Counterpart:
         return hit
 
     def _uv(self, hit):
-        """Return the scene format's texture coordinates: Mitsuba's own, but for caps and planes."""
+        """Return the scene format's texture coordinates: Mitsuba's own, mapped as solids.py says, and a plane's."""
         uv = mi.Vector2f(hit.si.uv)
         for k, shape in enumerate(self.shapes):
             here = hit.valid & (hit.shape == k)
-            if shape.type == "cylinder":
-                for part, m in ((1, CAP_UV), (2, LOWER_CAP_UV)):
-                    mapped = [float(row[0]) * hit.si.uv.x + float(row[1]) * hit.si.uv.y + float(row[2]) for row in m[:2]]
-                    uv = dr.select(here & (hit.part == part), mi.Vector2f(*mapped), uv)
-            elif shape.type == "plane":
+            for number, part in enumerate(parts(shape)):
+                if part.kind != "mesh" and part.uv_map is not None:
+                    rows = part.uv_map[:2].tolist()
+                    mapped = [a * hit.si.uv.x + b * hit.si.uv.y + c for a, b, c in rows]
+                    uv = dr.select(here & (hit.part == number), mi.Vector2f(*mapped), uv)
+            if shape.type == "plane":
                 d = hit.p - mi.Point3f(shape.point)
                 mapped = [dr.dot(d, mi.Vector3f(*map(float, axis))) for axis in frame(unit(shape.normal))]
                 uv = dr.select(here, mi.Vector2f(*mapped), uv)
@@ -124,18 +126,18 @@ class Counterpart:
         return colour
 
 
-def _start(hit, direction):
+def _start(counterpart, hit, direction):
     """Return where rays of the given directions start: at the hit, moved off the surface to the ray's side."""
-    distance = OFFSET * (1 + dr.maximum(dr.max(dr.abs(hit.p)), hit.t))  # both bound the rounding of the hit point
+    distance = counterpart.offset * (1 + dr.maximum(dr.max(dr.abs(hit.p)), hit.t))  # both bound the rounding of the hit point
     return mi.Point3f(hit.p + dr.mulsign(mi.Vector3f(hit.n), dr.dot(hit.n, direction)) * distance)
 
 
-def _shadow_ray(hit, normal, position):
+def _shadow_ray(counterpart, hit, position):
     """Return the rays to a light, which end short of it."""
-    start = _start(hit, position - hit.p)
+    start = _start(counterpart, hit, position - hit.p)
     way = position - start
     distance = dr.norm(way)
-    return mi.Ray3f(start, way / distance, distance * (1 - OFFSET), 0.0, [])
+    return mi.Ray3f(start, way / distance, distance * (1 - counterpart.offset), 0.0, [])
 
 
 def _local_shading(counterpart, hit, normal, to_viewer):
@@ -148,7 +150,7 @@ def _local_shading(counterpart, hit, normal, to_viewer):
         half = dr.normalize(to_light + to_viewer)
         cosine = dr.dot(normal, to_light)
         lit = hit.valid & (cosine > 0)
-        lit &= ~counterpart.scene.ray_test(_shadow_ray(hit, normal, position), lit)
+        lit &= ~counterpart.scene.ray_test(_shadow_ray(counterpart, hit, position), lit)
         # power(0, 0) is NaN in Dr.Jit, whereas an exponent of 0 means a constant highlight.
         highlight = dr.power(dr.maximum(dr.dot(normal, half), 1e-8), exponent)
         term = kd * hit.albedo * cosine + ks * specular * highlight
@@ -156,9 +158,9 @@ def _local_shading(counterpart, hit, normal, to_viewer):
     return result
 
 
-def _radiance(counterpart):
-    """Return (H * W, 3) float64 linear colour of the phong mode, one ray through each pixel centre."""
-    origin, direction = counterpart.camera_rays()
+def _radiance(counterpart, moved=(0.0, 0.0)):
+    """Return (H, W, 3) float64 linear colour of the phong mode, one ray through each pixel centre moved by pixels."""
+    origin, direction = counterpart.camera_rays(moved)
     width = dr.width(direction)
     out = [dr.zeros(mi.Float, width) for _ in range(3)]
     weight, pixel = mi.Color3f(dr.full(mi.Float, 1, width)), dr.arange(mi.UInt32, width)
@@ -187,7 +189,8 @@ def _radiance(counterpart):
             break
         origin, direction, weight, pixel = branches
     dr.eval(out)
-    return np.stack([np.array(channel, dtype=np.float64) for channel in out], axis=-1)
+    size = counterpart.camera.height, counterpart.camera.width
+    return np.stack([np.array(channel, dtype=np.float64).reshape(size) for channel in out], axis=-1)
 
 
 def _branches(counterpart, hit, normal, inside, to_viewer, weight, pixel):
@@ -204,7 +207,7 @@ def _branches(counterpart, hit, normal, inside, to_viewer, weight, pixel):
     for mask, ahead, share in ((hit.valid, reflected, weight * fresnel), (hit.valid & glass, refracted, weight * (1 - fresnel))):
         index = dr.compress(mask & (dr.max(share) > NEGLIGIBLE))
         if len(index):
-            start = _start(hit, ahead)
+            start = _start(counterpart, hit, ahead)
             kept.append((dr.gather(mi.Point3f, start, index), dr.gather(mi.Vector3f, mi.Vector3f(ahead), index),
                          dr.gather(mi.Color3f, mi.Color3f(share), index), dr.gather(mi.UInt32, pixel, index)))
     if len(kept) < 2:
@@ -255,7 +258,7 @@ def reference(loaded, mode=None):
     if mode == "binary":
         result["rgb"] = result["hit"][..., None] * np.array([1.0, 0.0, 0.0])
     elif mode == "phong":
-        result["rgb"] = _radiance(counterpart).reshape(*result["hit"].shape, 3)
+        result["rgb"] = _radiance(counterpart)
     return result
 
 
@@ -281,3 +284,13 @@ def mask_uncertain(loaded, eps_px=UNCERTAIN, edges=False):
             uncertain |= moved["part"] != centre["part"]
             uncertain |= np.abs(moved["normal"] - centre["normal"]).max(axis=-1) > EDGE_ANGLE
     return uncertain
+
+
+def colour_uncertainty(loaded, eps_px=UNCERTAIN):
+    """Return (H, W): how much the phong colour changes for rays within `eps_px`, and for secondary rays that start
+    three times as far off their surface. Where this is large, Mitsuba's colour decides nothing.
+    """
+    exact, far = Counterpart(loaded), Counterpart(loaded, 3 * OFFSET)
+    centre = _radiance(exact)
+    varied = [_radiance(far), *(_radiance(exact, (x * eps_px, y * eps_px)) for x, y in CORNERS)]
+    return np.abs(np.array(varied) - centre).max(axis=(0, -1))

@@ -27,7 +27,8 @@ def subtract(a, b):
 def frame(normal):
     """Return the tangents (t, b) of a unit normal that texture coordinates are measured along.
 
-    t = unit(y x n), or unit(z x n) where n is within acos 0.9 of the y axis; b = n x t.
+    t = unit(n x y), or unit(n x z) where n is within acos 0.9 of the y axis; b = n x t. Seen from where n points,
+    through this renderer's camera, t runs to the right and b down, so that images are upright and not mirrored.
     """
-    t = unit(cross([0.0, 1.0, 0.0] if abs(normal[1]) < 0.9 else [0.0, 0.0, 1.0], normal))
+    t = unit(cross(normal, [0.0, 1.0, 0.0] if abs(normal[1]) < 0.9 else [0.0, 0.0, 1.0]))
     return t, cross(normal, t)

@@ -68,14 +68,15 @@ CONVENTIONS = """## Conventions
 * **Textures.** v = 0 is the top row of the image. The image is looked up at (u * `scaleU`, v * `scaleV`); 8-bit
   values are divided by 255, without decoding. A checkerboard shows `color1` where floor(scale u) + floor(scale v) is
   even. A file name is relative to the scene file; a folder `textures` beside it is tried next.
-* **Texture coordinates.** For an axis or normal n, t = unit([0, 1, 0] x n), or unit([0, 0, 1] x n) where |n.y| >= 0.9,
-  and b = n x t.
-  Sphere, d = p - center: u = atan2(-d.z, d.x) / 2 pi mod 1, v = acos(d.y / radius) / pi.
-  Cylinder, in the frame of its axis a: u = atan2(d.b, d.t) / 2 pi mod 1, v = (d.a + height) / (2 height) on the side,
+* **Texture coordinates.** An image is upright, and is not mirrored, for who looks at a shape from outside with +y up.
+  For an axis or normal n, t = unit(n x [0, 1, 0]), or unit(n x [0, 0, 1]) where |n.y| >= 0.9, and b = n x t: t runs
+  to the right and b down.
+  Sphere, d = p - center: u = atan2(d.z, d.x) / 2 pi mod 1, v = acos(d.y / radius) / pi.
+  Cylinder, in the frame of its axis a: u = atan2(-d.b, d.t) / 2 pi mod 1, v = (height - d.a) / (2 height) on the side,
   and on the caps the distance from the axis over `radius`.
   Triangle: interpolated between `uv0`, `uv1` and `uv2`. Plane: u = (p - point).t, v = (p - point).b, in scene units.
-  Box: one whole texture a face; x faces: u along +z, v along -y; y faces: u along +x, v along +z; z faces: u along
-  +x, v along -y. Convex: u = p.t, v = p.b in the frame of each facet's normal, in scene units.
+  Box: one whole texture a face; u runs along +z on the face at max.x and along -z at min.x, along -x at max.z and
+  along +x on the others; v runs along -y on the sides, along -z on the top and along +z on the bottom. Convex: u = p.t, v = p.b in the frame of each facet's normal, in scene units.
 """
 
 ALIASES = """## Other spellings

@@ -60,9 +60,9 @@ def turn(y, x):
 
 def lane_frame(normal):
     """Return `frame` for a unit normal in lanes."""
-    x_axis = Vector3f(normal.z, 0, -normal.x)  # y x n
-    y_axis = Vector3f(-normal.y, normal.x, 0)  # z x n
-    t = dr.normalize(dr.select(abs(normal.y) < Float(0.9), x_axis, y_axis))
+    across_y = Vector3f(-normal.z, 0, normal.x)  # n x y
+    across_z = Vector3f(normal.y, -normal.x, 0)  # n x z
+    t = dr.normalize(dr.select(abs(normal.y) < Float(0.9), across_y, across_z))
     return t, dr.cross(normal, t)
 
 

@@ -50,10 +50,16 @@ def surface(row, p):
 
 
 def texture_coordinates(row, surface):
-    """Return the position on the face from 0 to 1: faces across x run along z and down y, others along x and down y or up z."""
-    q, (on_x, on_y, _) = _face(row, surface.p)
-    x, y, z = (0.5 + 0.5 * q[axis] / row[HALF + axis] for axis in range(3))
-    return uv(dr.select(on_x, z, x), dr.select(on_y, z, 1 - y))
+    """Return the position on the face from 0 to 1, to the right and down for who looks at it.
+
+    The sides run along the horizon; the top is seen with +z up, the bottom with -z up.
+    """
+    q, (on_x, on_y, on_z) = _face(row, surface.p)
+    x, y, z = (q[axis] / row[HALF + axis] for axis in range(3))
+    n = surface.n_geo
+    u = dr.select(on_x, z * n.x, dr.select(on_z, -x * n.z, x))
+    v = dr.select(on_y, -z * n.y, -y)
+    return uv(0.5 + 0.5 * u, 0.5 + 0.5 * v)
 
 
 register(ShapeKind("box", pack, surface, texture_coordinates, interval=interval))

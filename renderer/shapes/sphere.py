@@ -39,7 +39,7 @@ def surface(row, p):
 def texture_coordinates(row, surface):
     """Return longitude around +y in turns, and latitude from the north pole (0) to the south pole (1)."""
     n = surface.n_geo
-    return uv(turn(-n.z, n.x), dr.safe_acos(n.y) * (1 / math.pi))
+    return uv(turn(n.z, n.x), dr.safe_acos(n.y) * (1 / math.pi))
 
 
 register(ShapeKind("sphere", pack, surface, texture_coordinates, interval=interval))

@@ -20,7 +20,7 @@ def _unit(v):
 
 
 def _frame(n):
-    t = _unit(np.cross([0.0, 1, 0] if abs(n[1]) < 0.9 else [0.0, 0, 1], n))
+    t = _unit(np.cross(n, [0.0, 1, 0] if abs(n[1]) < 0.9 else [0.0, 0, 1]))
     return t, np.cross(n, t)
 
 
@@ -51,7 +51,7 @@ def _sphere(s, o, d):
     root = np.sqrt(b * b - c)
     t = _first_beyond(np.stack([-b - root, -b + root]))
     n = (o + np.where(np.isfinite(t), t, 0)[:, None] * d - s.center) / s.radius
-    uv = np.stack([np.arctan2(-n[:, 2], n[:, 0]) / (2 * np.pi) % 1, np.arccos(np.clip(n[:, 1], -1, 1)) / np.pi], -1)
+    uv = np.stack([np.arctan2(n[:, 2], n[:, 0]) / (2 * np.pi) % 1, np.arccos(np.clip(n[:, 1], -1, 1)) / np.pi], -1)
     return t, n, uv
 
 
@@ -72,8 +72,8 @@ def _cylinder(s, o, d):
     on_cap = _first_beyond(caps) <= _first_beyond(side)
     radial = (p[:, :1] * t1 + p[:, 1:2] * t2) / s.radius
     n = np.where(on_cap[:, None], np.sign(p[:, 2:]) * a, radial)
-    v = np.where(on_cap, np.hypot(p[:, 0], p[:, 1]) / s.radius, (p[:, 2] + s.height) / (2 * s.height))
-    return t, n, np.stack([np.arctan2(p[:, 1], p[:, 0]) / (2 * np.pi) % 1, v], -1)
+    v = np.where(on_cap, np.hypot(p[:, 0], p[:, 1]) / s.radius, (s.height - p[:, 2]) / (2 * s.height))
+    return t, n, np.stack([np.arctan2(-p[:, 1], p[:, 0]) / (2 * np.pi) % 1, v], -1)
 
 
 def _triangle(s, o, d):
@@ -109,8 +109,9 @@ def _convex(s, o, d):
     n, p = normals[facet], o + np.where(np.isfinite(t), t, 0)[:, None] * d
     if s.type == "box":
         x, y, z = ((p - s.min) / np.subtract(s.max, s.min)).T
-        on = facet % 3
-        uv = np.stack([np.where(on == 0, z, x), np.where(on == 1, z, 1 - y)], -1)
+        on, sign = np.abs(normals).argmax(-1)[facet], normals.sum(-1)[facet]
+        u = np.where(on == 0, np.where(sign > 0, z, 1 - z), np.where((on == 2) & (sign > 0), 1 - x, x))
+        uv = np.stack([u, np.where(on == 1, np.where(sign > 0, 1 - z, z), 1 - y)], -1)
     else:
         frames = np.array([_frame(v) for v in normals])
         uv = np.einsum("rk,rak->ra", p, frames[facet])
