@@ -136,8 +136,9 @@ def _render(options, start):
     loaded = loader.override(loaded, width=width, height=height, samples=options.samples, nbounces=options.bounces)
     paths = options.output or [os.path.splitext(os.path.basename(options.scene))[0] + ".ppm"]
     outputs.check(paths, _inputs(loaded))
-    for warning in loaded.warnings:
-        _say(f"warning: {warning}")
+    for remark in loaded.warnings:
+        if not (remark.is_note and options.quiet):
+            _say(f"{'note' if remark.is_note else 'warning'}: {remark}")
     from renderer.interrupt import prompt_interrupt
 
     with prompt_interrupt():

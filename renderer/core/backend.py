@@ -6,27 +6,38 @@ The types carry no derivatives, which halves the cost of tracing a kernel.
 
 import os
 
+import drjit as dr
+
 from renderer.core import llvm
 from renderer.core.errors import RenderError
 
 BACKENDS = ("llvm", "cuda")
 
-llvm.prepare()
 
-import drjit as dr  # noqa: E402  (LLVM has to be found first)
+def _trouble(name):
+    """Return why a backend does not work here, or None where it does."""
+    if name == "cuda":
+        return None if dr.has_backend(dr.JitBackend.CUDA) else "no NVIDIA GPU with a driver was found"
+    # judged by name first: an LLVM that is too old loads, and ends the process by a signal later
+    trouble = llvm.problem()
+    if trouble or not dr.has_backend(dr.JitBackend.LLVM):
+        return trouble or "LLVM was not found, or cannot be loaded"
+    return llvm.check_version(dr.detail.llvm_version())
 
 
 def _select():
     """Return the name of the backend to use; raises RenderError where the wish cannot be met."""
     wish = os.environ.get("RENDERER_BACKEND") or None
-    working = {"llvm": dr.JitBackend.LLVM, "cuda": dr.JitBackend.CUDA}
-    if wish is not None and wish not in working:
+    if wish is not None and wish not in BACKENDS:
         raise RenderError(f"backend '{wish}' is unknown; there are: {', '.join(BACKENDS)}")
+    troubles = {}
     for name in (wish,) if wish else ("cuda", "llvm"):
-        if dr.has_backend(working[name]):
+        trouble = _trouble(name)
+        if trouble is None:
             return name
-    missing = f"the backend '{wish}' does not work" if wish else "neither CUDA nor LLVM works"
-    raise RenderError(f"{missing} here; 'python -m renderer doctor' tells why and what to do")
+        troubles[name] = trouble
+    told = "; ".join(f"{name}: {trouble}" for name, trouble in troubles.items())
+    raise RenderError(f"no backend works here ({told}); 'python -m renderer doctor' tells what to do")
 
 
 NAME = _select()

@@ -18,6 +18,7 @@ class Problem:
     key_path: str = ""
     line: int = 0
     column: int = 0
+    is_note: bool = False  # said for information: nothing is wrong
 
     def __str__(self):
         place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from renderer.core.errors import Problem
 from renderer.scene import schema
+from renderer.scene.source import Source
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,8 @@ class LoadedScene:
     directory: Path  # textures are relative to it
     description: schema.Scene
     shapes: tuple[tuple[int, schema.Shape], ...]
-    warnings: tuple[Problem, ...] = field(default=())
+    warnings: tuple[Problem, ...]  # and notes
+    source: Source = field(repr=False, compare=False)  # turns a path of keys into a place in the file
 
     def resolve(self, filename):
         """Return the path of a file that the scene names."""

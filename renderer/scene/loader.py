@@ -108,7 +108,7 @@ def _loaded(source, document, directory, strict, mode):
     if source.moved:
         kept = [(source.original(("scene", "shapes", index))[-1], shape) for index, shape in kept]
     warnings = source.problems(findings) if findings else ()
-    return LoadedScene(source.name, directory, description, tuple(kept), warnings)
+    return LoadedScene(source.name, directory, description, tuple(kept), warnings, source)
 
 
 def _described(source, document, mode):

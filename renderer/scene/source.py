@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from renderer.core.errors import Problem, SceneError
-from renderer.scene.findings import AT_KEY, AT_PARENT, NOTHING, quoted, spelt_out
+from renderer.scene.findings import AT_KEY, AT_PARENT, NOTE, NOTHING, Finding, linked, quoted, spelt_out
 
 MAX_FILE = 2**29  # bytes; more is certainly not a scene description
 
@@ -36,9 +36,13 @@ class Source:
         for finding, path in zip(findings, paths, strict=True):
             place, token = self._nearest_place(finding, path, found)
             line, column = self.line_and_column(place) if place is not None else (0, 0)
-            told.append(Problem(self.name, message_of(finding, token), key_path(path), line, column))
+            told.append(Problem(self.name, message_of(finding, token), key_path(path), line, column, finding.severity == NOTE))
         order = sorted(range(len(told)), key=lambda index: (told[index].line, told[index].column))
         return tuple(told[index] for index in order)
+
+    def problem(self, message, *keys):
+        """Return a problem at a path of the file itself, for what is found only when the scene is used."""
+        return self.problems([Finding(linked(keys), message, as_written=True)])[0]
 
     def _places(self, paths):
         if self.text is None:

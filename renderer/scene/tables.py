@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from renderer.cameras import KINDS as CAMERAS
 from renderer.core.backend import UInt32
-from renderer.core.errors import Problem, SceneError, UsageError
+from renderer.core.errors import SceneError
 from renderer.core.rows import Rows
 from renderer.io.image import read_texture
 from renderer.lights import KINDS as LIGHTS
@@ -104,6 +104,7 @@ def _read(loaded, index, filename):
     """Return the Image in a texture file that a shape names."""
     try:
         return Image(*read_texture(loaded.resolve(filename)))
-    except UsageError as error:
-        place = f"scene.shapes[{index}].material.texture"
-        raise SceneError(Problem(loaded.path, str(error), place)) from error
+    except SceneError as error:
+        message = "; ".join(f"{problem.file}: {problem.message}" for problem in error.problems)
+        place = ("scene", "shapes", index, "material", "texture")
+        raise SceneError(loaded.source.problem(message, *place)) from error

@@ -103,6 +103,15 @@ def test_warning_of_the_scene_is_printed(scene, document, engine, capsys):
     assert re.fullmatch(r"warning: small\.json:1:\d+: shutterspeed: .*\n", capsys.readouterr().err)
 
 
+def test_note_of_the_scene_is_told_apart(scene, document, engine, capsys):
+    """A spelling that was understood is no warning, and --quiet drops it."""
+    Path(scene).write_text(json.dumps(document | {"camera samples": 2}))
+    assert cli.main([scene]) == 0
+    assert re.match(r"note: small\.json:1:\d+: ", capsys.readouterr().err)
+    assert cli.main([scene, "-q"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 def test_strict_makes_the_warning_a_mistake(scene, document, engine, capsys):
     """With --strict nothing is rendered."""
     Path(scene).write_text(json.dumps(document | {"shutterspeed": 3}))
