@@ -15,15 +15,17 @@ import drjit as dr
 
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
 from renderer.core.fresnel import dielectric, reflect, refract
-from renderer.core.numeric import TINY, greater
+from renderer.core.numeric import TINY, greater, lesser
 from renderer.core.records import NO_SHAPE, Ray
 from renderer.core.rows import repeat
 from renderer.integrators.base import register
 from renderer.scene.compiled import ETA, EXPONENT, GLASS, KD, SHARE, SPECULAR, leave
 from renderer.scene.schema import MAX_BOUNCES
 
-# The same for every scene: Dr.Jit 1.5 takes kernels that differ only in the size of local memory for the same one.
+# One segment a level waits while its sibling is followed. The size is the same for every scene, and appears in the
+# kernel as the greatest index: Dr.Jit 1.5 takes kernels that differ only in the size of local memory for the same one.
 STACK_SIZE = MAX_BOUNCES
+STACK_TOP = STACK_SIZE - 1
 
 
 @dataclass
@@ -54,7 +56,6 @@ class Phong:
     def __init__(self, scene, bounces):
         self._scene = scene
         self._limit = dr.opaque(UInt32, bounces)
-        # one segment a level waits while its sibling is followed
 
     def start(self, lanes):
         """Return lanes without a ray."""
@@ -134,7 +135,7 @@ class Phong:
         """Return whether each lane goes on, and its tree: one child is followed, its sibling waits, or a waiting one is taken."""
         goes_back, goes_through = onward & (mirrored.weight > 0), onward & (through.weight > 0)
         both = goes_back & goes_through
-        tree.waiting.write(mirrored, tree.waiting_count, both)
+        tree.waiting.write(mirrored, lesser(tree.waiting_count, UInt32(STACK_TOP)), both)
         count = tree.waiting_count + dr.select(both, UInt32(1), 0)
 
         ended = ~goes_back & ~goes_through
