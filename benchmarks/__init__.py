@@ -1,0 +1,1 @@
+"""Speed and memory, measured: `python -m benchmarks`; what is measured and why is in docs/speed.md."""

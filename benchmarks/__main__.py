@@ -1,0 +1,98 @@
+"""`python -m benchmarks [NAME ...]`: measure, print tables, and say of each figure whether it reached its target."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import difflib
+import importlib
+import importlib.util
+import inspect
+import json
+import os
+import sys
+from pathlib import Path
+
+from benchmarks import table
+from benchmarks.machine import describe
+from benchmarks.measure import FULL, QUICK, BenchmarkError
+from benchmarks.targets import sentence
+
+BENCHMARKS = {
+    "whole_process": "wall time and memory of the command, warm and cold, and what a start consists of",
+    "throughput": "samples per CPU second with many samples a pixel",
+    "variants": "what the decisions behind the speed are worth",
+    "against_mitsuba": "intersection and shadow tests beside Mitsuba's, same rays, same scenes",
+}
+NEEDS_MITSUBA = "against_mitsuba"
+BAD_INPUT, FAILED = 2, 1
+
+
+def main(arguments=None):
+    """Run what the arguments ask for and return the exit status; missed targets do not count as failures."""
+    options = _parser().parse_args(arguments)
+    if options.list:
+        print("\n".join(f"{name:16} {summary}" for name, summary in BENCHMARKS.items()))
+        return 0
+    names = [name for name in BENCHMARKS if name in options.names or not options.names]
+    complaint = _complaint(options, names)
+    if complaint:
+        print(f"benchmarks: {complaint}", file=sys.stderr)
+        return BAD_INPUT
+    try:
+        results = run(names, QUICK if options.quick else FULL)
+    except BenchmarkError as error:
+        print(f"benchmarks: {error}", file=sys.stderr)
+        return FAILED
+    if options.json:
+        options.json.write_text(json.dumps(results, indent=2) + "\n")
+    elif not options.names and not options.quick:
+        table.write(results)
+    print(table.page(results))
+    print(*map(sentence, table.figures(results)), sep="\n")
+    return 0
+
+
+def _parser():
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks", allow_abbrev=False,
+        description="Measure speed and memory. A full run (no names, not quick, no --json) writes "
+        "benchmarks/results.json, the tables made from it, and the numbers in the documents.",
+    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"only these: {', '.join(BENCHMARKS)} (default: all)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the results there instead")
+    parser.add_argument("--quick", action="store_true", help="small pictures and few repeats: does it work?")
+    parser.add_argument("--list", action="store_true", help="say what there is, and measure nothing")
+    return parser
+
+
+def _complaint(options, names):
+    """Return what stands against a measurement, before minutes are spent on it; None if nothing does."""
+    for name in options.names:
+        if name not in BENCHMARKS:
+            near = difflib.get_close_matches(name, BENCHMARKS, n=1)
+            hint = f", did you mean '{near[0]}'?" if near else ""
+            return f"unknown benchmark '{name}'{hint} (there are: {', '.join(BENCHMARKS)})"
+    if options.json and (options.json.is_dir() or not os.access(options.json.resolve().parent, os.W_OK)):
+        return f"cannot write to '{options.json}'"
+    if NEEDS_MITSUBA in names and importlib.util.find_spec("mitsuba") is None:
+        return "Mitsuba is not installed; `make bench` sees to it"
+    return None
+
+
+def run(names, effort):
+    """Return {machine, effort, benchmarks} with what the named benchmarks found."""
+    # CPU time says nothing about a GPU; set before anything imports the renderer
+    os.environ["RENDERER_BACKEND"] = "llvm"
+    results = {"machine": describe(), "effort": dataclasses.asdict(effort), "benchmarks": {}}
+    if results["machine"]["load_before"] > table.QUIET_LOAD:
+        print(f"the machine is not quiet: load {results['machine']['load_before']}", file=sys.stderr)
+    for name in names:
+        print(f"measuring {name}: {BENCHMARKS[name]}", file=sys.stderr)
+        module = importlib.import_module(f"benchmarks.{name}")
+        results["benchmarks"][name] = {"about": inspect.getdoc(module), **module.measure(effort)}
+    return results
+
+
+if __name__ == "__main__":
+    sys.exit(main())

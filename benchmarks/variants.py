@@ -1,0 +1,88 @@
+"""What the decisions behind the renderer's speed are worth: `scene` rendered as it is, and with each of them undone.
+
+SELECT_LIMIT 0 reads the records of hit shapes by gathers instead of chains of selects; UNROLL_LIMIT 0 loops over
+shapes and lights in the kernel instead of unrolling them; FastMath off compiles exact floating point. One lane a
+sample: a lane ends with its path instead of starting the pixel's next sample. CPU time of renders that take turns.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager, nullcontext
+from functools import partial
+
+import drjit as dr
+
+from benchmarks import scenes
+from benchmarks.measure import interleaved, result, spread
+from renderer.core import rows
+from renderer.core.backend import UInt32, Vector3f
+from renderer.engine.loop import pixel_corner, sample_pixels
+from renderer.engine.render import render
+from renderer.integrators import INTEGRATORS
+from renderer.samplers.r2 import R2
+from renderer.scene.tables import compile_camera, compile_scene
+
+SCENE = "scene"
+TOGETHER = 16  # samples of a pixel that have lanes of their own at the same time, if each sample has one
+
+
+def measure(effort):
+    """Return the throughput of each variant, and its time as a multiple of the renderer's as it is."""
+    loaded = scenes.load(SCENE, effort, effort.samples)
+    settings = {
+        "as it is": nullcontext,
+        "gathers instead of selects": partial(_patched, SELECT_LIMIT=0),
+        "loops instead of unrolling": partial(_patched, UNROLL_LIMIT=0),
+        "loops and gathers": partial(_patched, SELECT_LIMIT=0, UNROLL_LIMIT=0),
+        "FastMath off": partial(dr.scoped_set_flag, dr.JitFlag.FastMath, False),
+    }
+    actions = {name: partial(_render, loaded, setting) for name, setting in settings.items()}
+    actions["one lane a sample"] = partial(lane_per_sample, loaded)
+    seconds = interleaved(actions, effort.repeats)
+    millions, usual = effort.width * effort.height * effort.samples / 1e6, seconds["as it is"]
+    table = [
+        {"variant": name, "M samples/CPU s": spread([millions / time for time in times]),
+         "time, x as it is": spread([time / base for time, base in zip(times, usual)])}
+        for name, times in seconds.items()
+    ]  # fmt: skip
+    return result([], variants=table)
+
+
+def _render(loaded, setting):
+    """Render with a setting in force."""
+    with setting():
+        render(loaded)
+
+
+@contextmanager
+def _patched(**limits):
+    """Replace limits of renderer.core.rows for a while."""
+    before = {name: getattr(rows, name) for name in limits}
+    try:
+        for name, value in limits.items():
+            setattr(rows, name, value)
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(rows, name, value)
+
+
+def lane_per_sample(loaded):
+    """Return the mean of the same samples that `render` takes (seed 0), each traced by a lane of its own."""
+    description = loaded.description
+    camera, pixels = description.camera, description.camera.width * description.camera.height
+    scene, compiled_camera = compile_scene(loaded), compile_camera(camera)
+    integrator = INTEGRATORS["phong"](scene, description.nbounces)
+    together = min(TOGETHER, description.samples)
+    lane = dr.arange(UInt32, pixels * together)
+    pixel = lane // dr.opaque(UInt32, together)
+    corner, sampler = pixel_corner(pixel, dr.opaque(UInt32, camera.width)), R2(pixel, dr.opaque(UInt32, 0))
+    total = dr.zeros(Vector3f, pixels)
+    for done in range(0, description.samples, together):
+        sample = lane - pixel * together + dr.opaque(UInt32, done)
+        zero = dr.zeros(Vector3f, pixels * together)
+        radiance = sample_pixels(integrator, compiled_camera, sampler, corner, zero, sample, sample + 1)
+        total += dr.block_sum(radiance, together)
+        dr.eval(total)
+        dr.sync_thread()
+    return total / description.samples
