@@ -102,7 +102,8 @@ def intersection(halfspaces, centre=(0.0, 0.0, 0.0)):
 def _interior_point(normals, offsets):
     """Return the centre of the largest ball inside the half-spaces; raises EmptyVolume where there is none."""
     column = np.ones((len(normals), 1))
-    found = linprog([0, 0, 0, -1], A_ub=np.hstack([normals, column]), b_ub=offsets, bounds=[(None, None)] * 3 + [(0, None)])
+    bounds = [(None, None)] * 3 + [(0, None)]
+    found = linprog([0, 0, 0, -1], A_ub=np.hstack([normals, column]), b_ub=offsets, bounds=bounds)
     if not found.success or found.x[3] <= 0:
         raise EmptyVolume("the half-spaces have no common interior")
     return found.x[:3]

@@ -16,7 +16,8 @@ from converters.geometry import (
 )
 
 PLANE_RADIUS = 1e6  # scene units: the rim is 1e-6 from the horizon, less than rounding of a camera ray
-TEXTURED_PLANE_HALF_SIDE = 100.0  # scene units; Mitsuba's disks have polar texture coordinates, so a rectangle stands in
+# Scene units; Mitsuba's disks have polar texture coordinates, so a rectangle stands in for a textured plane.
+TEXTURED_PLANE_HALF_SIDE = 100.0
 
 # From the primitive's own texture coordinates to ours, homogeneous 3 x 3. Our camera's picture is mirrored against
 # Mitsuba's, so angles run the other way; a tube's own v runs up and ours down. A disk has (radius, azimuth); the lower

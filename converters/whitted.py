@@ -1,6 +1,7 @@
 """The exact counterpart of the binary, phong and debug modes, through Mitsuba's Python interface.
 
-Mitsuba finds the intersections, knows Fresnel's equations and looks up textures; the shading rules are written here from the scene format's definition. Nothing is shared with `renderer`.
+Mitsuba finds the intersections, knows Fresnel's equations and looks up textures; the shading rules are written here
+from the scene format's definition. Nothing is shared with `renderer`.
 Stock Mitsuba has neither lights without fall-off nor Blinn-Phong, hence a loop of our own over a wavefront of rays.
 
 Secondary rays start a little off the surface (OFFSET). Along contact lines of two shapes, and within that distance of
@@ -25,8 +26,8 @@ from converters.solids import camera_matrix, parts  # noqa: E402
 
 NO_SHAPE = 0xFFFFFFFF
 ATTRIBUTES = ("shape_number", "part_number")  # carried by every primitive
-# How far from its surface a secondary ray starts, relative to 1 + the greatest coordinate or distance. Mitsuba's own 9e-5
-# shows in curved mirrors and glass; errors fall in proportion down to 2e-6, where surfaces begin to shadow themselves.
+# How far from its surface a secondary ray starts, relative to 1 + the greatest coordinate or distance. Mitsuba's own
+# 9e-5 shows in curved mirrors and glass; errors fall in proportion down to 2e-6, where surfaces shadow themselves.
 OFFSET = 3e-6
 NEGLIGIBLE = 1e-7  # a ray that contributes less than this share of its pixel is not followed
 UNCERTAIN = 1e-3  # pixels: how far a ray may be off by rounding of the camera's frame and of float32 directions
@@ -87,7 +88,7 @@ class Counterpart:
         return mi.Point3f(self.camera.position) + dr.zeros(mi.Point3f, width * height), mi.Vector3f(ray.d)
 
     def intersect(self, origin, direction):
-        """Return the nearest hits: Mitsuba's interaction, our shape and part indices, texture coordinates and albedo."""
+        """Return the nearest hits: Mitsuba's interaction, shape and part indices, texture coordinates and albedo."""
         if self.scene is None:
             nothing = dr.full(mi.Bool, False, dr.width(direction))
             return SimpleNamespace(valid=nothing, shape=dr.zeros(mi.UInt32, dr.width(direction)))
@@ -128,7 +129,8 @@ class Counterpart:
 
 def _start(counterpart, hit, direction):
     """Return where rays of the given directions start: at the hit, moved off the surface to the ray's side."""
-    distance = counterpart.offset * (1 + dr.maximum(dr.max(dr.abs(hit.p)), hit.t))  # both bound the rounding of the hit point
+    # The coordinates and the distance travelled both bound the rounding of the hit point.
+    distance = counterpart.offset * (1 + dr.maximum(dr.max(dr.abs(hit.p)), hit.t))
     return mi.Point3f(hit.p + dr.mulsign(mi.Vector3f(hit.n), dr.dot(hit.n, direction)) * distance)
 
 
@@ -204,7 +206,8 @@ def _branches(counterpart, hit, normal, inside, to_viewer, weight, pixel):
     reflected = 2 * cosine * normal - to_viewer
     refracted = normal * (cosine / eta - cosine_in) - to_viewer / eta
     kept = []
-    for mask, ahead, share in ((hit.valid, reflected, weight * fresnel), (hit.valid & glass, refracted, weight * (1 - fresnel))):
+    both = (hit.valid, reflected, weight * fresnel), (hit.valid & glass, refracted, weight * (1 - fresnel))
+    for mask, ahead, share in both:
         index = dr.compress(mask & (dr.max(share) > NEGLIGIBLE))
         if len(index):
             start = _start(counterpart, hit, ahead)

@@ -24,6 +24,15 @@ def _numbers(values):
     return " ".join(repr(float(v)) for v in values)
 
 
+def _in_space(transform):
+    """Return a transform of the plane as one of space: the parser loses the offset of 3 x 3 matrices."""
+    if transform.shape == (4, 4):
+        return transform
+    result = np.eye(4)
+    result[:2, :2], result[:2, 3] = transform[:2, :2], transform[:2, 2]
+    return result
+
+
 def ply(mesh):
     """Return a mesh as the bytes of a binary PLY file with texture coordinates u, v."""
     header = ("ply\nformat binary_little_endian 1.0\n"
@@ -56,9 +65,11 @@ class _Writer:
 
     def node(self, depth, name, node):
         kind = "ply" if "mesh" in node.values else node.type
-        named = "" if node.family in ("integrator", "sensor", "film", "rfilter", "sampler") else f" name={quoteattr(name)}"
+        named = ""
         if node.family in ("shape", "emitter"):
             named = f" id={quoteattr(name)}"
+        elif node.family in ("bsdf", "texture"):
+            named = f" name={quoteattr(name)}"
         self.line(depth, f'<{node.family} type="{kind}"{named}>')
         for key, value in node.values.items():
             self._value(depth + 1, key, value, name)
@@ -79,7 +90,8 @@ class _Writer:
         elif isinstance(value, Point):
             self.line(depth, f'<point name="{key}" value="{_numbers(value)}"/>')
         elif isinstance(value, np.ndarray):
-            self.line(depth, f'<transform name="{key}"><matrix value="{_numbers(value.ravel())}"/></transform>')
+            numbers = _numbers(_in_space(value).ravel())
+            self.line(depth, f'<transform name="{key}"><matrix value="{numbers}"/></transform>')
         else:
             text = str(value).lower() if isinstance(value, bool) else str(value)
             self.line(depth, f'<{TAGS[type(value)]} name="{key}" value={quoteattr(text)}/>')

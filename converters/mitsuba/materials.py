@@ -75,8 +75,9 @@ def _local(material, pixels, uv_map, remark):
         return Node("bsdf", "diffuse", {"reflectance": base})
     remark(HIGHLIGHT)
     roughness = float(np.sqrt(2 / (material.specularexponent + 2)))
-    return Node("bsdf", "roughplastic", {"diffuse_reflectance": base, "specular_reflectance": _limited(highlight, remark),
-                                         "alpha": roughness, "int_ior": PLASTIC_INDEX, "ext_ior": 1.0})
+    return Node("bsdf", "roughplastic", {
+        "diffuse_reflectance": base, "specular_reflectance": _limited(highlight, remark), "alpha": roughness,
+        "int_ior": PLASTIC_INDEX, "ext_ior": 1.0})
 
 
 def phong(material, outside, pixels, uv_map, remark):

@@ -174,4 +174,5 @@ def _bsdf(loaded, number, material, outside, part, remark):
         return materials.phong(material, outside, image, part.uv_map, remark)
     if mode == "albedo":
         return materials.matt(materials.texture(material, image, part.uv_map, remark=remark))
-    return materials.matt(materials.BINARY_RED)
+    # Mitsuba merges meshes of equal material into one shape: a grey of its own keeps each shape's number.
+    return materials.matt(Colour(3 * ((number + 1) / (len(loaded.description.scene.shapes) + 1),)))

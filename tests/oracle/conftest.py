@@ -14,7 +14,8 @@ def agree(tmp_path):
 
     def check(document, names=(*GEOMETRY, "rgb")):
         write_texture(tmp_path / "texture.png")
-        loaded = sides.prepare(sides.write(tmp_path, document), document["camera"]["width"], document["camera"]["height"])
+        camera = document["camera"]
+        loaded = sides.prepare(sides.write(tmp_path, document), camera["width"], camera["height"])
         oracle = sides.Oracle(loaded)
         assert oracle.hit.any(), "an empty picture shows nothing"
         return {name: oracle.check(name, sides.observe(loaded, name)) for name in names}

@@ -146,7 +146,10 @@ def test_unharmed_scene_passes(right, base):
         oracle.check(name, sides.observe(oracle.loaded, name))
 
 
-@pytest.mark.parametrize(("base", "key", "value", "picture"), SABOTAGE, ids=[f"{b}-{k}-{i}" for i, (b, k, *_) in enumerate(SABOTAGE)])
+IDS = [f"{base}-{key}-{number}" for number, (base, key, *_) in enumerate(SABOTAGE)]
+
+
+@pytest.mark.parametrize(("base", "key", "value", "picture"), SABOTAGE, ids=IDS)
 def test_sabotage_is_found(right, base, key, value, picture):
     """A scene that is wrong in one value on our side is refused."""
     folder, oracle = right(base)

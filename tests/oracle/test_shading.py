@@ -38,14 +38,16 @@ def test_phong_no_highlight_where_light_is_behind(agree):
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_shadow_of_several_lights(agree, count):
     """Each light casts its own hard shadow."""
-    lights = [*LIGHTS, ([0.0, 5.0, 0.5], [0.2, 0.1, 0.3]), ([-4, 1, 2], [0.1, 0.1, 0.0]), ([3, 0.5, 3], [0.0, 0.2, 0.1])]
+    more = ([0.0, 5.0, 0.5], [0.2, 0.1, 0.3]), ([-4, 1, 2], [0.1, 0.1, 0.0]), ([3, 0.5, 3], [0.0, 0.2, 0.1])
+    lights = [*LIGHTS, *more]
     agree(scene(shape("box"), GROUND, lights=lights[:count]), RGB)
 
 
 @pytest.mark.parametrize("name", [n for n in SHAPES if n != "plane"])
 def test_shadow_of_shape(agree, name):
     """Each kind of shape throws its shadow on the ground."""
-    agree(scene(shape(name), GROUND, lights=[([1.0, 3.0, -0.6], [0.9, 0.8, 0.7])], camera={"position": [0, 2.5, -4.5]}), RGB)
+    high = {"position": [0, 2.5, -4.5]}
+    agree(scene(shape(name), GROUND, lights=[([1.0, 3.0, -0.6], [0.9, 0.8, 0.7])], camera=high), RGB)
 
 
 def test_shadow_of_plane(agree):

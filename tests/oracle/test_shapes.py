@@ -6,7 +6,8 @@ from tests.support.documents import GROUND, SHAPES, SHINY, WHITE, scene, shape
 
 pytestmark = pytest.mark.oracle
 
-CHECKER = {**SHINY, "texture": {"type": "checkerboard", "scale": 4.0, "color1": [0.9, 0.2, 0.1], "color2": [0.1, 0.6, 0.9]}}
+BOARD = {"type": "checkerboard", "scale": 4.0, "color1": [0.9, 0.2, 0.1], "color2": [0.1, 0.6, 0.9]}
+CHECKER = {**SHINY, "texture": BOARD}
 
 
 def test_shape_sphere(agree):

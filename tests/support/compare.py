@@ -3,7 +3,7 @@
 Two correct float32 renderers differ in the last digits everywhere, and visibly only where rounding decides which
 surface, texel or side of a shadow a ray meets. The gates therefore bound the median tightly (a common error shows),
 the mean (a bias shows), the share of visibly different pixels (an edge may differ, an area may not), and forbid any
-solid patch of such pixels. Medians are taken for each shape too, so that a wrong small shape cannot hide in the picture.
+solid patch of such pixels. Medians are taken for each shape too, so that no wrong small shape can hide.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ COLOUR_MEDIAN = 1e-6  # float32 rounding of a sum of a few products
 COLOUR_MEAN = 1e-4  # what the permitted edge pixels can add up to
 COLOUR_VISIBLE = 1e-2  # a pixel off by more counts as wrong
 COLOUR_SHARE = 1e-3  # share of such pixels: silhouettes and shadow edges
-SHAPE_MEDIAN = 1e-5  # of one shape's pixels: curved mirrors magnify rounding
+SHAPE_MEDIAN = 2e-5  # of one shape's pixels: curved mirrors and glass magnify where the oracle's secondary rays start
 SHAPE_NINETY = 1e-4  # of the best 90 % of one shape's pixels: a wrong highlight covers few pixels and none off by much
 SHAPE_PIXELS = 30  # fewer pixels of a shape give no trustworthy median
 PATCH = 5  # pixels: side of a square that must not be filled with wrong pixels

@@ -13,8 +13,8 @@ from renderer.scene.loader import load, override
 from tests.support import compare
 
 WIDTH, HEIGHT = 240, 160  # pixels of a comparison
-DEBUG = {"depth": ("Z",), "normals": ("N.X", "N.Y", "N.Z"), "uv": ("U", "V"), "albedo": ("Albedo.R", "Albedo.G", "Albedo.B"),
-         "shapes": ("Shape",)}
+DEBUG = {"depth": ("Z",), "normals": ("N.X", "N.Y", "N.Z"), "uv": ("U", "V"),
+         "albedo": ("Albedo.R", "Albedo.G", "Albedo.B"), "shapes": ("Shape",)}
 NAMES = {"depth": "depth", "normals": "normal", "uv": "uv", "albedo": "albedo", "shapes": "shape"}
 ROUND = ("sphere", "cylinder")  # shapes whose u is an angle
 

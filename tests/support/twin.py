@@ -136,6 +136,15 @@ def _contains(shape, p):
     return (p @ normals.T <= offsets + INSIDE_SLACK).all(axis=1)
 
 
+def _middle(shape):
+    """Return a point inside a closed shape; half-spaces of tests contain the origin."""
+    if shape.type in ("sphere", "cylinder"):
+        return shape.center
+    if shape.type == "box":
+        return np.add(shape.min, shape.max) / 2
+    return np.mean(shape.vertices, axis=0) if shape.vertices is not None else (0.0, 0.0, 0.0)
+
+
 class Twin:
     """The scene, ready to be traced one ray through each pixel centre."""
 
@@ -151,8 +160,7 @@ class Twin:
         if shape.type in ("triangle", "plane"):
             return None
         rng = np.random.default_rng(1)
-        middle = np.array(getattr(shape, "center", None) or (np.add(shape.min, shape.max) / 2 if shape.type == "box" else
-                          np.mean(shape.vertices, axis=0) if shape.vertices is not None else (0.0, 0.0, 0.0)))
+        middle = np.array(_middle(shape))
         towards = _unit(rng.normal(size=(POINTS, 3)))
         t = _INTERSECT[shape.type](shape, middle + 0 * towards, towards)[0]
         return (middle + t[:, None] * towards)[np.isfinite(t)]
@@ -254,7 +262,8 @@ class Twin:
         reflected = 2 * ci[:, None] * n - wo
         refracted = n * (ci / eta - ct)[:, None] - wo / eta[:, None]
         second[active] = 0
-        for mask, way, weight in ((active & (fresnel > 0), reflected, fresnel), (active & (fresnel < 1), refracted, 1 - fresnel)):
+        both = (active & (fresnel > 0), reflected, fresnel), (active & (fresnel < 1), refracted, 1 - fresnel)
+        for mask, way, weight in both:
             if mask.any():
                 second[mask] += weight[mask, None] * self.radiance(p[mask], _unit(way[mask]), bounces - 1)
 
