@@ -26,6 +26,7 @@ from renderer.scene.schema import MAX_BOUNCES
 # kernel as the greatest index: Dr.Jit 1.5 takes kernels that differ only in the size of local memory for the same one.
 STACK_SIZE = MAX_BOUNCES
 STACK_TOP = STACK_SIZE - 1
+MOST_UNROLLED_LIGHTS = 4  # each brings a shadow test of all shapes into the kernel
 
 
 @dataclass
@@ -121,7 +122,7 @@ class Phong:
                 highlight = dr.power(greater(dr.dot(n, dr.normalize(wi + light.wo)), TINY), exponent)
                 return (colour + dr.select(lit, light.radiance * (kd_diffuse * cos_o + specular * highlight), 0),)
 
-            (colour,) = repeat(group.rows.count, add, (colour,), f"lights {group.kind.name}")
+            (colour,) = repeat(group.rows.count, add, (colour,), f"lights {group.kind.name}", scene.light_count <= MOST_UNROLLED_LIGHTS)
         return colour
 
     @staticmethod

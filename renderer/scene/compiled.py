@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import drjit as dr
 
-from renderer.core.backend import Bool, Float, UInt32, Vector2f, Vector3f
+from renderer.core import rows
+from renderer.core.backend import Float, UInt32, Vector2f, Vector3f
 from renderer.core.numeric import EPSILON, FAR, LEAVE_ULPS, greater
 from renderer.core.records import NO_SHAPE, Hit, Ray, Surface
 from renderer.core.rows import Rows, repeat
@@ -70,6 +71,16 @@ class CompiledScene:
         """Light from everywhere."""
         return self.world[0].vector(3)
 
+    @property
+    def light_count(self):
+        """Number of lights."""
+        return sum(group.rows.count for group in self.lights)
+
+    @property
+    def _unroll(self):
+        """Whether loops over shapes are unrolled: by the number of all shapes, because all are in one kernel."""
+        return sum(group.rows.count for group in self.shapes) <= rows.UNROLL_LIMIT
+
     def intersect(self, ray):
         """Return the closest hit of each ray."""
         t, index = Float(FAR), UInt32(NO_SHAPE)
@@ -82,7 +93,7 @@ class CompiledScene:
                 closer = valid & (distance < t)
                 return dr.select(closer, distance, t), dr.select(closer, this, index)
 
-            t, index = repeat(group.rows.count, closer, (t, index), f"intersect {group.kind.name}")
+            t, index = repeat(group.rows.count, closer, (t, index), f"intersect {group.kind.name}", self._unroll)
         return Hit(t, index)
 
     def occluded(self, ray, distance, active):
@@ -95,7 +106,7 @@ class CompiledScene:
                 t, valid = _distance(group, k, ray, t_min)
                 return (blocked | (valid & (t < end)),)
 
-            (blocked,) = repeat(group.rows.count, block, (blocked,), f"occlude {group.kind.name}")
+            (blocked,) = repeat(group.rows.count, block, (blocked,), f"occlude {group.kind.name}", self._unroll)
         return blocked & active
 
     def surface(self, ray, hit, with_uv):
