@@ -15,6 +15,11 @@ WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _guard = {"active": False}
 
 
+def pytest_addoption(parser):
+    """Offer Dr.Jit's own checks of every read and write."""
+    parser.addoption("--jit-debug", action="store_true", help="run with Dr.Jit's debug mode, which checks all accesses")
+
+
 def pytest_configure(config):
     """Choose LLVM before anything imports Dr.Jit, and keep the suite's kernels out of the user's cache."""
     llvm.prepare()
@@ -22,6 +27,10 @@ def pytest_configure(config):
         pytest.exit(f"{llvm.problem()}; `make test` sees to it", returncode=pytest.ExitCode.USAGE_ERROR)
     if hasattr(config, "cache"):
         os.environ.setdefault("DRJIT_CACHE_DIR", str(config.cache.mkdir("kernels")))
+    if config.getoption("--jit-debug"):
+        import drjit as dr
+
+        dr.set_flag(dr.JitFlag.Debug, True)
 
 
 def pytest_collection_modifyitems(items):
