@@ -5,6 +5,7 @@ Transforms are written as explicit matrices: Mitsuba's own XML writer turns mirr
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -114,6 +115,8 @@ def write(plan, path):
     Raises OSError where something cannot be written.
     """
     path = Path(path)
+    if path.is_dir():  # else the files would be in place before the XML fails
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     folder = path.with_name(path.stem + "_files")
     text, assets = xml(plan, folder.name)
     made_folder = bool(assets) and not folder.exists()

@@ -183,9 +183,12 @@ def test_help_and_bad_input(tmp_path):
     assert run("--help", cwd=tmp_path).returncode == 0
     prepare(tmp_path, EVERYTHING)
     (tmp_path / "bad.json").write_text('{"camera": {"position": [0, 0, 0]}}')
-    for arguments in (["missing.json"], ["bad.json"], ["scene.json", "-o", "no/such/folder/x.xml"], []):
+    before = set(tmp_path.iterdir())
+    for arguments in (["missing.json"], ["bad.json"], ["scene.json", "-o", "no/such/folder/x.xml"], [],
+                      ["scene.json", "-o", tmp_path], ["scene.json", "--mode", "nonsense"]):
         done = run(*arguments, cwd=tmp_path)
         assert done.returncode == 2 and done.stderr and "Traceback" not in done.stderr, (arguments, done.stderr)
+    assert set(tmp_path.iterdir()) == before
 
 
 def test_failed_export_leaves_nothing_behind(tmp_path):

@@ -74,6 +74,12 @@ def test_glass_that_only_overlaps_is_not_nested(agree):
     agree(scene(sphere([-0.3, 0.1, 0], 0.7, GLASS), other, BACK, nbounces=3), RGB)
 
 
+def test_glass_that_pokes_out_is_not_nested(agree):
+    """A sphere that leaves the one around it by a hundredth of its radius, in no special direction, is in air."""
+    inner = {**GLASS, "refractiveindex": 1.9}
+    agree(scene(sphere([0, 0.1, 0], 0.9, GLASS), sphere([0.24, 0.22, -0.05], 0.639, inner), BACK, nbounces=3), RGB)
+
+
 def test_mirror_inside_glass(agree):
     """A mirror seen through glass."""
     agree(scene(shape("sphere", {**GLASS, "reflectivity": 1.0}), sphere([0.1, 0.1, 0.1], 0.3, MIRROR), BACK), RGB)

@@ -6,6 +6,7 @@ import pytest
 
 from tests.oracle.conftest import GEOMETRY
 from tests.support import oracle as sides
+from tests.support.compare import NO_SHAPE
 
 pytestmark = pytest.mark.oracle
 
@@ -56,3 +57,13 @@ def test_feature(name):
 def test_every_feature_has_a_scene():
     """The folder of smallest scenes is found, so that the tests above are not silently empty."""
     assert len(FEATURES) > 20
+
+
+def test_binary_primitives_at_full_size(coursework):
+    """At 1200 x 800 both sides hit as many pixels as the published picture, and differ on the slanted edge only."""
+    loaded = sides.prepare(coursework / "binary_primitives.json", 1200, 800)
+    oracle, ours = sides.Oracle(loaded), sides.observe(loaded, "shape")
+    different, uncertain = oracle.check("shape", ours)
+    assert different <= uncertain < 300
+    for count in (oracle.hit.sum(), (ours != NO_SHAPE).sum()):
+        assert 326_700 <= count <= 326_850
