@@ -1,8 +1,8 @@
 """What the decisions behind the renderer's speed are worth: `scene` rendered as it is, and with each of them undone.
 
-SELECT_LIMIT 0 reads the records of hit shapes by gathers instead of chains of selects; UNROLL_LIMIT 0 loops over
-shapes and lights in the kernel instead of unrolling them; FastMath off compiles exact floating point. One lane a
-sample: a lane ends with its path instead of starting the pixel's next sample. CPU time of renders that take turns.
+Gathers (SELECT_LIMIT 0) read the records of the shapes that were hit, instead of chains of selects. Loops (UNROLL_LIMIT
+0) go over the shapes in the kernel, instead of code for each of them. FastMath off compiles exact floating point. One
+lane a sample: a lane ends with its path instead of starting the pixel's next sample. CPU time of renders in turns.
 """
 
 from __future__ import annotations
