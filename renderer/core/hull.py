@@ -1,6 +1,5 @@
 """Convex volumes on the host: half-spaces from whichever description the scene gives."""
 
-import itertools
 import math
 from functools import lru_cache
 
@@ -27,20 +26,26 @@ def unit_halfspaces(halfspaces, vertices):
     return tuple(facets.values())
 
 
-def interior_point(planes):
-    """Return (point, radius): the middle of the largest ball inside unit half-spaces, its radius at most 1.
+def scale_of(planes):
+    """Return the greatest distance of a plane from the origin, 1 where all pass through it."""
+    return max(abs(d) for *_, d in planes) or 1.0
 
-    The radius is 0 or less, and the point None, where the intersection is empty or flat.
+
+def interior_point(planes):
+    """Return (point, radius): the middle of the largest ball inside unit half-spaces.
+
+    The radius is at most `scale_of(planes)`; it is 0, and the point None, where the intersection is empty or flat.
     """
     from scipy.optimize import linprog
 
+    scale = scale_of(planes)
     rows = [(a, b, c, 1.0) for a, b, c, _ in planes]
-    offsets = [d for *_, d in planes]
-    bounds = [(None, None)] * 3 + [(None, 1.0)]
+    offsets = [d / scale for *_, d in planes]
+    bounds = [(None, None)] * 3 + [(None, 1.0)]  # capped, so that unbounded volumes have a largest ball
     answer = linprog([0, 0, 0, -1], A_ub=rows, b_ub=offsets, bounds=bounds, method="highs")
     if answer.status != 0 or answer.x[3] <= 0:
         return None, 0.0
-    return answer.x[:3].tolist(), float(answer.x[3])
+    return [scale * x for x in answer.x[:3]], scale * float(answer.x[3])
 
 
 @lru_cache(maxsize=1024)
@@ -48,11 +53,24 @@ def corners(halfspaces, vertices):
     """Return the corners of a convex volume (arguments as above); none where it is unbounded or empty."""
     if vertices is not None:
         return vertices
-    from scipy.spatial import HalfspaceIntersection
+    import numpy as np
+    from scipy.spatial import HalfspaceIntersection, QhullError
 
     planes = unit_halfspaces(halfspaces, None)
     inside, _ = interior_point(planes)
     if inside is None:
         return ()
-    found = HalfspaceIntersection([(a, b, c, -d) for a, b, c, d in planes], inside).intersections.tolist()
-    return tuple(map(tuple, found)) if all(map(math.isfinite, itertools.chain(*found))) else ()
+    try:
+        found = HalfspaceIntersection(np.array([(a, b, c, -d) for a, b, c, d in planes]), np.array(inside))
+    except QhullError:  # too few half-spaces to bound anything
+        return ()
+    points = found.intersections
+    return tuple(map(tuple, points.tolist())) if np.isfinite(points).all() else ()
+
+
+def volume(halfspaces, vertices):
+    """Return the volume of a convex volume (arguments as above); infinity where it is unbounded."""
+    from scipy.spatial import ConvexHull
+
+    points = corners(halfspaces, vertices)
+    return float(ConvexHull(points).volume) if points else math.inf

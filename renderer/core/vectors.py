@@ -3,10 +3,15 @@
 import math
 
 
+def length(vector):
+    """Return the Euclidean length."""
+    return math.hypot(*vector)
+
+
 def unit(vector):
     """Return the vector scaled to length 1."""
-    length = math.hypot(*vector)
-    return [component / length for component in vector]
+    size = length(vector)
+    return [component / size for component in vector]
 
 
 def cross(a, b):

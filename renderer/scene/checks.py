@@ -5,18 +5,18 @@ Pure Python in double precision, so that a scene without convex volumes needs no
 
 from __future__ import annotations
 
-import math
 import os
 
+from renderer.core.hull import interior_point, scale_of, unit_halfspaces
+from renderer.core.vectors import cross, dot, length, subtract, unit
 from renderer.scene import schema
-from renderer.scene.loaded import resolve
 from renderer.scene.findings import NOTE, WARNING, Finding, linked, quoted
+from renderer.scene.loaded import resolve
+from renderer.scene.media import encloses
 
 PARALLEL = 1e-6  # sine of the angle below which float32 cannot tell two directions apart reliably
 FLAT = 1e-7  # relative size (float32's resolution) below which an extent is nothing
-INSIDE = 1e-9  # relative slack of the test whether a light is inside
 RELAXATIONS = 64  # steps after which the search for an inner point becomes a linear programme
-HULL_STEPS = 200  # a light so near to a hull that these do not tell counts as inside; it is only a remark
 
 
 def check(description, directory, findings):
@@ -59,15 +59,15 @@ def _check_camera(camera, findings):
     at = (None, "camera")
     if camera.width * camera.height > schema.MAX_PIXELS:
         findings.append(Finding((at, "width"), too_many_pixels(camera.width, camera.height)))
-    view = _minus(camera.lookAt, camera.position)
+    view = subtract(camera.lookAt, camera.position)
     scale = max(map(abs, camera.lookAt + camera.position))
-    if _length(view) <= FLAT * scale or not any(view):
+    if length(view) <= FLAT * scale or not any(view):
         findings.append(Finding((at, "lookAt"), "must differ from position: the camera needs a direction to look in",
                                 list(camera.lookAt)))
         return
     if not any(camera.upVector):
         findings.append(Finding((at, "upVector"), "must not be [0, 0, 0]: the picture needs an up direction"))
-    elif _length(_cross(_unit(view), _unit(camera.upVector))) < PARALLEL:
+    elif length(cross(unit(view), unit(camera.upVector))) < PARALLEL:
         message = "must not be parallel to the direction of view (lookAt - position): the picture has no up then"
         findings.append(Finding((at, "upVector"), message))
 
@@ -100,7 +100,7 @@ def _check_lights(description, kept, findings):
         if light is None:
             continue
         for index, shape in kept:
-            if ENCLOSES[shape.type](shape, light.position):
+            if encloses(shape, [light.position]):
                 message = f"is inside scene.shapes[{index}] ({shape.type}), so it lights nothing outside of it"
                 findings.append(Finding(linked(("scene", "lightsources", number, "position")), message,
                                         severity=NOTE))
@@ -125,11 +125,11 @@ def _check_plane(shape, at, findings):
 
 
 def _check_triangle(shape, at, findings):
-    e1, e2, e3 = _minus(shape.v1, shape.v0), _minus(shape.v2, shape.v0), _minus(shape.v2, shape.v1)
-    longest = max(_length(e1), _length(e2), _length(e3))
+    e1, e2, e3 = subtract(shape.v1, shape.v0), subtract(shape.v2, shape.v0), subtract(shape.v2, shape.v1)
+    longest = max(length(e1), length(e2), length(e3))
     resolution = FLAT * max(map(abs, shape.v0 + shape.v1 + shape.v2))
     # twice the area over the longest edge is the least height
-    if longest <= resolution or _length(_cross(e1, e2)) <= max(resolution, FLAT * longest) * longest:
+    if longest <= resolution or length(cross(e1, e2)) <= max(resolution, FLAT * longest) * longest:
         findings.append(Finding(at, "dropped: this triangle has no area", severity=WARNING))
 
 
@@ -169,124 +169,37 @@ def _check_halfspaces(halfspaces, at, findings):
 
 def _has_inside(halfspaces):
     """Return whether some ball, large against float32's resolution of the volume, is in all half-spaces."""
-    rows = []
-    for x, y, z, d in halfspaces:
-        length = _length((x, y, z))
-        rows.append(((x / length, y / length, z / length), d / length))
-    scale = max(abs(d) for _, d in rows) or 1.0
-    # Most volumes give an inner point at once when one steps into the half-space that is left the most.
+    planes = unit_halfspaces(halfspaces, None)
+    scale = scale_of(planes)
+    # Most volumes give an inner point at once when one steps into the half-space that is left the most; the linear
+    # programme takes a third of a second to import.
     p = (0.0, 0.0, 0.0)
     for _ in range(RELAXATIONS):
-        excess, normal = max((_dot(n, p) - d, n) for n, d in rows)
+        excess, normal = max((dot(plane, p) - plane[3], plane) for plane in planes)
         if excess < -FLAT * scale:
             return True
         step = excess + 1e-3 * scale
         p = p[0] - step * normal[0], p[1] - step * normal[1], p[2] - step * normal[2]
-    return _ball_inside(rows, scale) > FLAT
-
-
-def _ball_inside(rows, scale):
-    """Return the radius (at most 1) of the largest ball inside, in units of `scale`; -1 if there is none."""
-    from scipy.optimize import linprog  # a third of a second to import: only for volumes in doubt
-
-    matrix = [[*normal, 1.0] for normal, _ in rows]
-    offsets = [d / scale for _, d in rows]
-    bounds = [(None, None)] * 3 + [(None, 1.0)]  # capped, so that unbounded volumes have a largest ball
-    answer = linprog([0, 0, 0, -1], A_ub=matrix, b_ub=offsets, bounds=bounds, method="highs")
-    return answer.x[3] if answer.status == 0 else -1.0
+    return interior_point(planes)[1] > FLAT * scale
 
 
 def _is_solid(vertices):
     """Return whether points span a volume: grow the simplex of points that are farthest from each other."""
     first = vertices[0]
     resolution = FLAT * max(max(map(abs, vertex)) for vertex in vertices)
-    offsets = [_minus(vertex, first) for vertex in vertices]
-    along = max(offsets, key=_length)
-    if _length(along) <= resolution:
+    offsets = [subtract(vertex, first) for vertex in vertices]
+    along = max(offsets, key=length)
+    if length(along) <= resolution:
         return False
-    along = _unit(along)
-    across = max((_cross(along, offset) for offset in offsets), key=_length)
-    if _length(across) <= resolution:
+    along = unit(along)
+    across = max((cross(along, offset) for offset in offsets), key=length)
+    if length(across) <= resolution:
         return False
-    normal = _unit(across)
-    return max(abs(_dot(normal, offset)) for offset in offsets) > resolution
-
-
-# Closed shapes that enclose a point
-
-
-def _in_nothing(shape, p):
-    return False
-
-
-def _in_sphere(shape, p):
-    return _length(_minus(p, shape.center)) < shape.radius * (1 - INSIDE)
-
-
-def _in_cylinder(shape, p):
-    offset, axis = _minus(p, shape.center), _unit(shape.axis)
-    return (abs(_dot(offset, axis)) < shape.height * (1 - INSIDE)
-            and _length(_cross(offset, axis)) < shape.radius * (1 - INSIDE))
-
-
-def _in_box(shape, p):
-    return all(low < x < high for low, x, high in zip(shape.min, p, shape.max, strict=True))
-
-
-def _in_convex(shape, p):
-    if shape.halfspaces is not None:
-        return all(x * p[0] + y * p[1] + z * p[2] < d for x, y, z, d in shape.halfspaces)
-    return _in_hull(shape.vertices, p)
-
-
-def _in_hull(vertices, p):
-    """Return whether `p` is in the hull of the vertices: whether no plane through it has them all on one side.
-
-    The point of the hull nearest to `p` is approached by steps towards the vertex that lies most to the other side
-    (Frank and Wolfe); as soon as there is no such vertex, the plane has been found.
-    """
-    offsets = [_minus(vertex, p) for vertex in vertices]
-    x = offsets[0]
-    for _ in range(HULL_STEPS):
-        towards = min(offsets, key=lambda offset: _dot(x, offset))
-        if _dot(x, towards) > 0:
-            return False
-        along = _minus(towards, x)
-        square = _dot(along, along)
-        share = min(max(-_dot(x, along) / square, 0.0), 1.0) if square else 0.0
-        x = x[0] + share * along[0], x[1] + share * along[1], x[2] + share * along[2]
-    return True
+    normal = unit(across)
+    return max(abs(dot(normal, offset)) for offset in offsets) > resolution
 
 
 CHECKS = {
     "sphere": _check_nothing, "cylinder": _check_cylinder, "triangle": _check_triangle,
     "plane": _check_plane, "box": _check_box, "convex": _check_convex,
 }
-ENCLOSES = {
-    "sphere": _in_sphere, "cylinder": _in_cylinder, "triangle": _in_nothing,
-    "plane": _in_nothing, "box": _in_box, "convex": _in_convex,
-}
-
-
-# Vectors
-
-
-def _minus(a, b):
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a, b):
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _length(a):
-    return math.hypot(*a)
-
-
-def _unit(a):
-    length = _length(a)
-    return a[0] / length, a[1] / length, a[2] / length

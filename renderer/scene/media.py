@@ -1,82 +1,107 @@
-"""Nested media: which index of refraction lies outside each glass surface.
+"""Which closed shape lies inside which: nested media, and lights that are walled in.
 
-The interface of a closed refractive shape separates its own index from that of the smallest refractive shape that
-contains it wholly, or 1. This is settled once, on the host; the kernel only sees the ratio. All closed shapes are
-convex, so a shape lies inside another exactly when its extreme points do; round shapes are represented by points
-on their surface.
+The interface of a closed refractive shape separates its own index of refraction from that of the smallest refractive
+shape that contains it wholly, or 1. This is settled once, on the host; the kernel only sees the ratio. All closed
+shapes are convex, so a shape is represented by points whose hull it is, and a ball around each of them: a ball itself
+is one point, a polyhedron its corners, a cylinder the points of its rims.
 """
 
-import itertools
 import math
 
-from renderer.core.hull import corners, unit_halfspaces
-from renderer.core.vectors import dot, frame, subtract, unit
+from renderer.core.hull import corners, unit_halfspaces, volume
+from renderer.core.vectors import dot, frame, length, subtract, unit
 from renderer.scene import schema
 
-CIRCLE = [(math.cos(math.tau * k / 32), math.sin(math.tau * k / 32)) for k in range(32)]
-DIRECTIONS = [unit(d) for d in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(d)]
+RIM_POINTS = 360  # exact to (pi / 360)^2 / 2 = 4e-5 of the radius
 SLACK = 1e-9  # relative; a shape that touches its container from inside counts as contained
 
 
-def contains(shape, point, slack=0.0):
-    """Return whether a closed shape, grown by the relative slack, contains a point; sheets contain nothing."""
+def encloses(shape, points, ball=0.0):
+    """Return whether a closed shape holds balls of radius `ball` around all points; sheets hold nothing."""
+    slack = SLACK * (1 + ball + max(abs(x) for point in points for x in point))
     match shape:
         case schema.Sphere():
-            return math.dist(point, shape.center) <= shape.radius * (1 + slack)
+            return all(math.dist(point, shape.center) + ball <= shape.radius + slack for point in points)
         case schema.Cylinder():
-            offset, axis = subtract(point, shape.center), unit(shape.axis)
-            along = dot(offset, axis)
-            across = math.hypot(*(f - along * a for f, a in zip(offset, axis)))
-            return abs(along) <= shape.height * (1 + slack) and across <= shape.radius * (1 + slack)
+            axis = unit(shape.axis)
+            return all(_within_cylinder(shape, axis, point, ball - slack) for point in points)
         case schema.Box():
-            margins = [slack * (high - low) for low, high in zip(shape.min, shape.max)]
-            return all(low - m <= x <= high + m for low, x, high, m in zip(shape.min, point, shape.max, margins))
+            return all(
+                low - slack <= x - ball and x + ball <= high + slack
+                for point in points
+                for low, x, high in zip(shape.min, point, shape.max)
+            )
         case schema.Convex():
-            margin = slack * (1 + math.hypot(*point))
             planes = unit_halfspaces(shape.halfspaces, shape.vertices)
-            return all(dot((a, b, c), point) <= d + margin for a, b, c, d in planes)
+            return all(dot(plane, point) + ball <= plane[3] + slack for plane in planes for point in points)
     return False
 
 
 def exterior_index(shape, shapes):
-    """Return the index of refraction around a refractive shape; `shapes` are all shapes of the scene."""
-    points = _extreme_points(shape)
+    """Return the index of refraction around a refractive shape; `shapes` are all shapes of the scene.
+
+    Of two that contain each other (equal ones) neither is the smaller, so neither surrounds the other.
+    """
+    points, ball = _extreme_points(shape)
+    if not points:
+        return 1.0
+    own = _volume(shape)
     around = [
-        other
+        (_volume(other), other.material.refractiveindex)
         for other in shapes
-        if other is not shape
-        and other.material.isrefractive
-        and points
-        and all(contains(other, point, SLACK) for point in points)
-        and not all(contains(shape, point, SLACK) for point in _extreme_points(other) or [(math.inf,) * 3])
+        if other is not shape and other.material.isrefractive and encloses(other, points, ball)
     ]
-    return min(around, key=_size).material.refractiveindex if around else 1.0
+    return min(((size, index) for size, index in around if size > own), default=(own, 1.0))[1]
+
+
+def _within_cylinder(shape, axis, point, ball):
+    offset = subtract(point, shape.center)
+    along = dot(offset, axis)
+    across = length([f - along * a for f, a in zip(offset, axis)])
+    return abs(along) + ball <= shape.height and across + ball <= shape.radius
 
 
 def _extreme_points(shape):
-    """Return points whose hull is the shape, or close to it; none for sheets and unbounded volumes."""
+    """Return (points, radius of a ball around each) whose hull is the shape; no points for what is not closed."""
     match shape:
         case schema.Sphere():
-            return [[c + shape.radius * x for c, x in zip(shape.center, d)] for d in DIRECTIONS]
+            return [shape.center], shape.radius
         case schema.Cylinder():
-            axis = unit(shape.axis)
-            t, b = frame(axis)
-            return [
-                [
-                    c + end * shape.height * a + shape.radius * (x * p + y * q)
-                    for c, a, p, q in zip(shape.center, axis, t, b)
-                ]
-                for end in (-1, 1)
-                for x, y in CIRCLE
-            ]
+            return _rims(shape), 0.0
         case schema.Box():
-            return [list(corner) for corner in itertools.product(*zip(shape.min, shape.max))]
+            return [(x, y, z) for x, y, z in _combinations(shape.min, shape.max)], 0.0
         case schema.Convex():
-            return corners(shape.halfspaces, shape.vertices)
-    return []
+            return corners(shape.halfspaces, shape.vertices), 0.0
+    return (), 0.0
 
 
-def _size(shape):
-    """Return the length of the diagonal of the box around a closed shape."""
-    points = _extreme_points(shape)
-    return math.dist(*([pick(axis) for axis in zip(*points)] for pick in (min, max))) if points else math.inf
+def _combinations(low, high):
+    return ((x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2]))
+
+
+def _rims(cylinder):
+    """Return points on both rims."""
+    axis = unit(cylinder.axis)
+    tangent, bitangent = frame(axis)
+    angles = [math.tau * k / RIM_POINTS for k in range(RIM_POINTS)]
+    ring = [
+        [cylinder.radius * (math.cos(angle) * t + math.sin(angle) * b) for t, b in zip(tangent, bitangent)]
+        for angle in angles
+    ]
+    return [
+        [c + end * cylinder.height * a + r for c, a, r in zip(cylinder.center, axis, offset)]
+        for end in (-1, 1)
+        for offset in ring
+    ]
+
+
+def _volume(shape):
+    """Return the volume of a closed shape; infinity for unbounded ones."""
+    match shape:
+        case schema.Sphere():
+            return 4 / 3 * math.pi * shape.radius**3
+        case schema.Cylinder():
+            return math.tau * shape.radius**2 * shape.height
+        case schema.Box():
+            return math.prod(high - low for low, high in zip(shape.min, shape.max))
+    return volume(shape.halfspaces, shape.vertices)
