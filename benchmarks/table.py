@@ -21,8 +21,9 @@ BLOCK = re.compile(r"(<!-- results: (\S+) -->\n).*?(<!-- end of results -->)", r
 
 def page(results):
     """Return results.md."""
-    parts = ["# Speed and memory, measured", "Made by `python -m benchmarks`; every number is the median of repeats, "
-             "with the smallest and the largest where the two differ.", machine(results), "## Targets", targets(results)]
+    made = ("Made by `python -m benchmarks`; every number is the median of repeats, with the smallest and the largest "
+            "where the two differ.")
+    parts = ["# Speed and memory, measured", made, machine(results), "## Targets", targets(results)]
     for name, found in results["benchmarks"].items():
         parts += [f"## {name.replace('_', ' ').capitalize()}", found["about"]]
         for title, rows in found["tables"].items():
@@ -34,8 +35,8 @@ def machine(results):
     """Return where, when and with what effort the numbers were taken."""
     m = results["machine"]
     versions = ", ".join(f"{name} {m[name]}" for name in ("drjit", "mitsuba", "numpy") if m[name])
-    told = (f"Machine: {m['cpu']}, {m['cores']} cores, {m['system']}; LLVM {m['llvm']}, Python {m['python']}, {versions}; "
-            f"{m['date']}, commit {m['commit']}.")
+    told = (f"Machine: {m['cpu']}, {m['cores']} cores, {m['system']}; LLVM {m['llvm']}, Python {m['python']}, "
+            f"{versions}; {m['date']}, commit {m['commit']}.")
     effort = results["effort"]
     told += (f" Pictures of {effort['width']} x {effort['height']}, {effort['samples']} samples a pixel where many are "
              f"meant, {effort['repeats']} repeats.")

@@ -78,7 +78,7 @@ class _Runs:
 
 
 def command(name, effort, samples, picture):
-    """Return the arguments of Python that render a scene; at the scene's own size and samples just the plain command."""
+    """Return the arguments of Python that render a scene: at its own size and samples just the plain command."""
     arguments = ["-m", "renderer", scenes.path(name), "-o", picture]
     loaded = scenes.loader.load(ROOT / scenes.path(name))
     camera = loaded.description.camera

@@ -29,7 +29,8 @@ def test_sentence_tells_reached_least_and_aim():
 
 
 @pytest.mark.parametrize("value, text", [
-    (0.0, "0.000"), (0.1234, "0.123"), (1.234, "1.23"), (12.34, "12.3"), (123.4, "123"), (-6.284, "-6.28"), (960000, "960000"),
+    (0.0, "0.000"), (0.1234, "0.123"), (1.234, "1.23"), (12.34, "12.3"), (123.4, "123"), (-6.284, "-6.28"),
+    (960000, "960000"),
 ])  # fmt: skip
 def test_numbers_have_three_digits(value, text):
     """Numbers are short, and counts are in full."""
