@@ -21,7 +21,9 @@ class Rows:
     def __init__(self, records, array_type=Float):
         self.count, self.width = len(records), len(records[0])
         self._type = array_type
-        self._data = array_type([value for record in records for value in record])
+        self._host = [value for record in records for value in record]
+        self._data = array_type(self._host)
+        self._scalars = {}
         dr.eval(self._data)
 
     def __getitem__(self, index):
@@ -34,14 +36,20 @@ class Rows:
 
     def read(self, index, column, active, masks):
         """Return one column of one record, or of one record a lane."""
-        if isinstance(index, int):
-            return dr.gather(self._type, self._data, UInt32(index * self.width + column))
-        if masks is None:
+        if isinstance(index, int) and isinstance(column, int):
+            return self._scalar(index * self.width + column)
+        if masks is None or isinstance(index, int):
             return dr.gather(self._type, self._data, index * self.width + column, active)
         value = self.read(0, column, True, None)
         for k, mask in enumerate(masks, start=1):
             value = dr.select(mask, self.read(k, column, True, None), value)
         return value
+
+    def _scalar(self, place):
+        """Return one value as a variable of its own: a gather would make a new one for every time it is read."""
+        if place not in self._scalars:
+            self._scalars[place] = dr.opaque(self._type, self._host[place])
+        return self._scalars[place]
 
 
 class Row:

@@ -148,20 +148,20 @@ def _closest_allowed(ray):
 
 def _distance(group, k, ray, t_min):
     """Return the distance to one shape, and whether it counts as a hit."""
-    own = None if ray.left_index is None else ray.left_index == group.first + k
+    this = group.first + k
+    own = None if ray.left_index is None else ray.left_index == this
     row = group.rows[k]
     if not group.kind.solid:
-        t = group.kind.distance(row, ray)
-        valid = (t > t_min) & (t < FAR)
-        return t, valid if own is None else valid & ~own
-    near, far = group.kind.interval(row, ray)
-    crossed = near <= far
-    if own is None:
-        t = dr.select(near > t_min, near, far)
-        return t, crossed & (t > t_min)
-    # a shape that is left inwards is met again on its far side only, one that is left outwards never
-    t = dr.select(own | (near <= t_min), far, near)
-    return t, crossed & dr.select(own, ray.left_inwards & (t > 0), t > t_min)
+        met, t = group.kind.distance(row, ray)
+        met &= t > t_min
+        return t, met if own is None else met & ~own
+    met, near, far = group.kind.interval(row, ray)
+    if own is not None:
+        # a shape that is left inwards is met again on its far side only, one that is left outwards never
+        near = dr.select(own, -FAR, near)
+        met &= ray.left_outwards != this
+    t = dr.select(near > t_min, near, far)
+    return t, met & (t > t_min)
 
 
 def leave(surface, index, direction):

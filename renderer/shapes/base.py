@@ -4,8 +4,8 @@ A kind is a set of stateless functions on lanes; `row` reads the parameters of o
 lane, in the columns that `pack` wrote. All vectors are in world space, distances in scene units along unit directions.
 
 - `pack(shape, columns)`: host; the validated description as a list of floats, computed in double precision.
-- solids: `interval(row, ray) -> (near, far)`, the part of the line inside the convex volume; empty where near > far.
-- sheets: `distance(row, ray) -> t`, FAR or negative where the line misses.
+- solids: `interval(row, ray) -> (met, near, far)`, the part of the line inside the convex volume, where `met`.
+- sheets: `distance(row, ray) -> (met, t)`, likewise.
 - `surface(row, p) -> Surface`: the point moved onto the shape, with the outward unit normal.
 - `texture_coordinates(row, surface) -> Vector2f`.
 - `columns(shapes) -> int`: the record width that these instances need.

@@ -18,7 +18,7 @@ def pack(shape, columns=None):
 
 
 def interval(row, ray):
-    """Return where the line enters and leaves the box."""
+    """Return whether the line meets the box, and where it enters and leaves it."""
     to_middle, half = row.vector(CENTER) - ray.o, row.vector(HALF)
     near, far = None, None
     for axis in range(3):
@@ -26,7 +26,7 @@ def interval(row, ray):
         middle, reach = to_middle[axis] * rate, half[axis] * abs(rate)
         near = middle - reach if near is None else greater(middle - reach, near)
         far = middle + reach if far is None else lesser(middle + reach, far)
-    return near, far
+    return near <= far, near, far
 
 
 def _face(row, p):

@@ -25,7 +25,7 @@ def pack(shape, columns):
 
 
 def interval(row, ray):
-    """Return where the line enters and leaves the volume."""
+    """Return whether the line meets the volume, and where it enters and leaves it."""
 
     def clip(k, near, far):
         n, d = row.vector(k * PLANE_COLUMNS), row[k * PLANE_COLUMNS + 3]
@@ -33,7 +33,8 @@ def interval(row, ray):
         t = (d - dr.dot(n, ray.o)) / rate
         return dr.select(rate < 0, greater(t, near), near), dr.select(rate < 0, far, lesser(t, far))
 
-    return repeat(row.width // PLANE_COLUMNS, clip, (Float(-FAR), Float(FAR)), "half-spaces")
+    near, far = repeat(row.width // PLANE_COLUMNS, clip, (Float(-FAR), Float(FAR)), "half-spaces")
+    return near <= far, near, far
 
 
 def surface(row, p):

@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-from renderer.core.numeric import FAR, TINY, away_from_zero, greater, lesser, safe_sqrt
+from renderer.core.numeric import TINY, away_from_zero, greater, lesser, safe_sqrt
 from renderer.core.records import Surface
 from renderer.core.vectors import frame, unit
 from renderer.shapes.base import ShapeKind, register, turn, uv
@@ -18,26 +18,28 @@ def pack(shape, columns=None):
 
 
 def interval(row, ray):
-    """Return where the line enters and leaves the solid cylinder."""
-    f, axis = ray.o - row.vector(CENTER), row.vector(AXIS)
-    f_axis, d_axis = dr.dot(f, axis), dr.dot(ray.d, axis)
+    """Return whether the line meets the solid cylinder, and where it enters and leaves it."""
+    f = ray.o - row.vector(CENTER)
+    (fx, dx), (fy, dy), (fz, dz) = (
+        (dr.dot(f, row.vector(column)), dr.dot(ray.d, row.vector(column))) for column in (TANGENT, BITANGENT, AXIS)
+    )
 
     # across the axis: a circle, as for the sphere but with a direction that is not of unit length; it vanishes for
     # a line along the axis, where the interval becomes everything (inside the circle) or nothing (outside)
-    f_across, d_across = f - axis * f_axis, ray.d - axis * d_axis
-    inverse = dr.rcp(greater(dr.squared_norm(d_across), TINY))
-    middle = -dr.dot(f_across, d_across) * inverse
-    discriminant = dr.square(row[RADIUS]) - dr.squared_norm(dr.fma(d_across, middle, f_across))
-    half = safe_sqrt(discriminant * inverse)
+    inverse = dr.rcp(dr.fma(dx, dx, dy * dy) + TINY)
+    middle = -dr.fma(fx, dx, fy * dy) * inverse
+    closest_x, closest_y = dr.fma(dx, middle, fx), dr.fma(dy, middle, fy)
+    discriminant = dr.square(row[RADIUS]) - dr.fma(closest_x, closest_x, closest_y * closest_y)
+    half = dr.sqrt(discriminant * inverse)  # NaN where the line misses the circle
 
     # along the axis: the slab between the caps
-    rate = dr.rcp(away_from_zero(d_axis))
-    to_middle, reach = -f_axis * rate, abs(rate) * row[HALF]
+    rate = dr.rcp(away_from_zero(dz))
+    to_middle, reach = -fz * rate, abs(rate) * row[HALF]
 
-    near = greater(middle - half, to_middle - reach)
-    far = lesser(middle + half, to_middle + reach)
-    inside = discriminant >= 0
-    return dr.select(inside, near, FAR), dr.select(inside, far, -FAR)
+    # the second operand wins where it is NaN, and then fails the comparison
+    near = greater(to_middle - reach, middle - half)
+    far = lesser(to_middle + reach, middle + half)
+    return near <= far, near, far
 
 
 def _local(row, p):

@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-from renderer.core.numeric import away_from_zero
+from renderer.core.backend import Bool
 from renderer.core.records import Surface
 from renderer.core.vectors import frame, unit
 from renderer.shapes.base import ShapeKind, register, uv
@@ -18,9 +18,9 @@ def pack(shape, columns=None):
 
 
 def distance(row, ray):
-    """Return the distance to the plane along the line; beyond FAR for a line within it."""
+    """Return True, and the distance to the plane along the line: infinite or NaN for a line within it."""
     n = row.vector(NORMAL)
-    return dr.dot(n, row.vector(POINT) - ray.o) / away_from_zero(dr.dot(n, ray.d))
+    return Bool(True), dr.dot(n, row.vector(POINT) - ray.o) / dr.dot(n, ray.d)
 
 
 def surface(row, p):

@@ -8,7 +8,7 @@ import math
 
 import drjit as dr
 
-from renderer.core.numeric import FAR, safe_sqrt
+from renderer.core.backend import Bool
 from renderer.core.records import Surface
 from renderer.shapes.base import ShapeKind, register, turn, uv
 
@@ -21,13 +21,12 @@ def pack(shape, columns=None):
 
 
 def interval(row, ray):
-    """Return where the line enters and leaves the ball."""
+    """Return whether the line meets the ball, and where it enters and leaves it."""
     f = ray.o - row.vector(CENTER)
     b = -dr.dot(f, ray.d)
     discriminant = dr.square(row[RADIUS]) - dr.squared_norm(dr.fma(ray.d, b, f))
-    half = safe_sqrt(discriminant)
-    inside = discriminant >= 0
-    return dr.select(inside, b - half, FAR), dr.select(inside, b + half, -FAR)
+    half = dr.sqrt(discriminant)  # NaN where the line misses: both distances then fail every comparison
+    return Bool(True), b - half, b + half
 
 
 def surface(row, p):

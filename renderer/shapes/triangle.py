@@ -6,7 +6,7 @@ g1 = e2 x n / |n|^2 and g2 = n x e1 / |n|^2 (n = e1 x e2, not normalised), compu
 
 import drjit as dr
 
-from renderer.core.numeric import EDGE_TOLERANCE, FAR, away_from_zero
+from renderer.core.numeric import EDGE_TOLERANCE
 from renderer.core.records import Surface
 from renderer.core.vectors import cross, dot, subtract, unit
 from renderer.shapes.base import ShapeKind, register, uv
@@ -27,14 +27,16 @@ def pack(shape, columns=None):
 
 
 def distance(row, ray):
-    """Return the distance to the triangle along the line, FAR beside it."""
+    """Return whether the line meets the triangle, and at which distance.
+
+    A line within the plane divides by zero; t is infinite or NaN then, and fails the comparisons.
+    """
     n = row.vector(NORMAL)
     to_corner = row.vector(V0) - ray.o
-    t = dr.dot(n, to_corner) / away_from_zero(dr.dot(n, ray.d))
+    t = dr.dot(n, to_corner) / dr.dot(n, ray.d)
     q = dr.fma(ray.d, t, -to_corner)
     b1, b2 = dr.dot(row.vector(DUAL1), q), dr.dot(row.vector(DUAL2), q)
-    inside = (b1 >= -EDGE_TOLERANCE) & (b2 >= -EDGE_TOLERANCE) & (b1 + b2 <= 1 + EDGE_TOLERANCE)
-    return dr.select(inside, t, FAR)
+    return (b1 >= -EDGE_TOLERANCE) & (b2 >= -EDGE_TOLERANCE) & (b1 + b2 <= 1 + EDGE_TOLERANCE), t
 
 
 def surface(row, p):
