@@ -1,7 +1,7 @@
 """Tolerances and numeric helpers of the kernels, each with its reason.
 
-Kernels are compiled with fast-math, so that infinities and NaN must never decide anything: "no hit" is the finite
-distance FAR, and denominators that may vanish are moved away from zero instead of divided by.
+"No hit" is the finite distance FAR. Denominators that may vanish are moved away from zero, unless the infinity or NaN
+fails every later comparison by itself; where that is meant, the code says so.
 """
 
 import drjit as dr

@@ -16,9 +16,13 @@ UNROLL_LIMIT = 32
 
 
 class Rows:
-    """`count` records of `width` values each, of one array type."""
+    """`count` records of `width` values each, of one array type.
 
-    def __init__(self, records, array_type=Float):
+    `directions` are columns whose zeros and ones count as structure: along the axes most terms of a dot product vanish.
+    """
+
+    def __init__(self, records, array_type=Float, directions=()):
+        self._directions = frozenset(directions)
         self.count, self.width = len(records), len(records[0])
         self._type = array_type
         self._host = [value for record in records for value in record]
@@ -48,7 +52,9 @@ class Rows:
     def _scalar(self, place):
         """Return one value as a variable of its own: a gather would make a new one for every time it is read."""
         if place not in self._scalars:
-            self._scalars[place] = dr.opaque(self._type, self._host[place])
+            value = self._host[place]
+            plain = place % self.width in self._directions and value in (-1, 0, 1)
+            self._scalars[place] = self._type(value) if plain else dr.opaque(self._type, value)
         return self._scalars[place]
 
 

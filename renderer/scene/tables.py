@@ -48,7 +48,8 @@ def _shape_groups(shapes):
     for name in dict.fromkeys(shape.type for shape in shapes):
         kind, members = SHAPES[name], [shape for shape in shapes if shape.type == name]
         columns = kind.columns(members) if kind.columns else None
-        yield ShapeGroup(kind, Rows([kind.pack(shape, columns) for shape in members]), first)
+        records = [kind.pack(shape, columns) for shape in members]
+        yield ShapeGroup(kind, Rows(records, directions=kind.directions), first)
         first += len(members)
 
 

@@ -10,13 +10,13 @@ lane, in the columns that `pack` wrote. All vectors are in world space, distance
 - `texture_coordinates(row, surface) -> Vector2f`.
 - `columns(shapes) -> int`: the record width that these instances need.
 
-No function may return NaN for a unit direction and finite parameters.
+A distance may be infinite or NaN only where the line misses: it then fails every comparison of the caller.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import drjit as dr
@@ -35,6 +35,7 @@ class ShapeKind:
     interval: Callable | None = None  # solids
     distance: Callable | None = None  # sheets
     columns: Callable | None = None  # None: every record is as wide as `pack` makes it
+    directions: Sequence = ()  # columns of directions: what is along an axis counts as structure, not as a value
 
     @property
     def solid(self):

@@ -71,4 +71,4 @@ def texture_coordinates(row, surface):
     return uv(u, dr.select(on_cap, rho / row[RADIUS], 0.5 - 0.5 * along / row[HALF]))
 
 
-register(ShapeKind("cylinder", pack, surface, texture_coordinates, interval=interval))
+register(ShapeKind("cylinder", pack, surface, texture_coordinates, interval=interval, directions=range(AXIS, RADIUS)))

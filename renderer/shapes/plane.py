@@ -35,4 +35,4 @@ def texture_coordinates(row, surface):
     return uv(dr.dot(q, row.vector(TANGENT)), dr.dot(q, row.vector(BITANGENT)))
 
 
-register(ShapeKind("plane", pack, surface, texture_coordinates, distance=distance))
+register(ShapeKind("plane", pack, surface, texture_coordinates, distance=distance, directions=range(NORMAL, 12)))

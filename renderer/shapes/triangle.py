@@ -52,4 +52,4 @@ def texture_coordinates(row, surface):
     return uv(*(row[UV0 + k] * (1 - b1 - b2) + row[UV1 + k] * b1 + row[UV2 + k] * b2 for k in range(2)))
 
 
-register(ShapeKind("triangle", pack, surface, texture_coordinates, distance=distance))
+register(ShapeKind("triangle", pack, surface, texture_coordinates, distance=distance, directions=range(NORMAL, UV0)))

@@ -118,6 +118,7 @@ VALUES = {
     "camera": lambda ball, camera, lights: camera.update(position=[1, 2, -5], fov=20),
     "size": lambda ball, camera, lights: camera.update(width=33, height=7),
     "light": lambda ball, camera, lights: lights[0].update(position=[0, 5, 0], intensity=[3, 2, 1]),
+    "place": lambda ball, camera, lights: ball.update(center=[0.5, 1, 0]),
 }
 STRUCTURE = {
     "a mirror": lambda ball, camera, lights: ball["material"].update(isreflective=True),
@@ -136,6 +137,14 @@ def test_an_edited_value_finds_the_compiled_kernel(tmp_path, monkeypatch, change
 def test_a_kernel_contains_only_what_its_scene_uses(tmp_path, monkeypatch, change):
     """Structure is code: what a scene lacks is not compiled in, so adding it gives another kernel."""
     assert edited(tmp_path, monkeypatch, change) != edited(tmp_path, monkeypatch, lambda *nothing: None)
+
+
+def test_only_the_axes_of_directions_are_structure(tmp_path, monkeypatch):
+    """A floor has fewer terms than a slope; slopes share a kernel with each other."""
+    def floor(normal):
+        return kernels(loaded(tmp_path, [{"type": "plane", "point": [0, -1, 0], "normal": normal}]), monkeypatch)
+
+    assert floor([0.1, 1, 0.2]) == floor([0.3, 2, 0.1]) != floor([0, 1, 0]) == floor([0, 7, 0])
 
 
 @pytest.mark.parametrize("width", [1, 3, 1200, 16_384, 65_536])
