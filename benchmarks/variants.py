@@ -1,7 +1,8 @@
 """What the decisions behind the renderer's speed are worth: `scene` rendered as it is, and with each of them undone.
 
 Gathers (SELECT_LIMIT 0) read the records of the shapes that were hit, instead of chains of selects. Loops (UNROLL_LIMIT
-0) go over the shapes in the kernel, instead of code for each of them. FastMath off compiles exact floating point. One
+0) go over the shapes in the kernel, instead of code for each of them. All directions as values: zeros and ones of
+normals and axes are read like other numbers, instead of being left out of the kernel. FastMath off compiles exact floating point. One
 lane a sample: a lane ends with its path instead of starting the pixel's next sample. CPU time of renders in turns.
 """
 
@@ -34,6 +35,7 @@ def measure(effort):
         "gathers instead of selects": partial(_patched, SELECT_LIMIT=0),
         "loops instead of unrolling": partial(_patched, UNROLL_LIMIT=0),
         "loops and gathers": partial(_patched, SELECT_LIMIT=0, UNROLL_LIMIT=0),
+        "all directions as values": partial(_patched, AXIS_VALUES=()),
         "FastMath off": partial(dr.scoped_set_flag, dr.JitFlag.FastMath, False),
     }
     actions = {name: partial(_render, loaded, setting) for name, setting in settings.items()}

@@ -13,6 +13,7 @@ SELECT_LIMIT = 12  # records; up to here a chain of selects is faster than a gat
 # Iterations; longer loops are traced once. Unrolled code is twice as fast also beyond (measured to 128 spheres), but
 # its compilation grows: 0.6 s for 32 spheres and a light, 1.2 s for 64, 3.4 s for 128.
 UNROLL_LIMIT = 32
+AXIS_VALUES = (-1, 0, 1)  # components of directions along the axes
 
 
 class Rows:
@@ -53,7 +54,7 @@ class Rows:
         """Return one value as a variable of its own: a gather would make a new one for every time it is read."""
         if place not in self._scalars:
             value = self._host[place]
-            plain = place % self.width in self._directions and value in (-1, 0, 1)
+            plain = place % self.width in self._directions and value in AXIS_VALUES
             self._scalars[place] = self._type(value) if plain else dr.opaque(self._type, value)
         return self._scalars[place]
 
