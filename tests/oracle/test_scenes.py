@@ -2,8 +2,11 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from skimage.metrics import structural_similarity
 
+from renderer.engine.render import render
 from tests.oracle.conftest import GEOMETRY
 from tests.support import oracle as sides
 from tests.support.compare import NO_SHAPE
@@ -52,6 +55,23 @@ def test_coursework_picture(name):
 def test_feature(name):
     """The smallest scene of a feature agrees in everything that the camera sees."""
     compare(SCENES / "features" / f"{name}.json", 180, 120, (*GEOMETRY, "rgb"), mode="phong")
+
+
+@pytest.mark.parametrize("name", COURSEWORK)
+def test_coursework_pictures_look_the_same(name):
+    """What a person sees, 8 bits after tone mapping, is structurally the same; a shift by one pixel would be seen."""
+    loaded = sides.prepare(SCENES / f"{name}.json", 600, 400)
+    rendering = render(loaded)
+    ours = np.frombuffer(rendering.rgb8(), np.uint8).reshape(400, 600, 3)
+    radiance = sides.oracle(loaded).reference["rgb"] * (loaded.description.camera.exposure / 0.1)
+    theirs = np.uint8(255 * np.clip(radiance, 0, 1) + 0.5)
+    assert similarity(ours, theirs) > 0.9995
+    assert similarity(ours, np.roll(theirs, 1, axis=1)) < 0.9995
+
+
+def similarity(one, other):
+    """Return the mean structural similarity of two 8-bit pictures."""
+    return structural_similarity(one, other, channel_axis=-1)
 
 
 def test_every_feature_has_a_scene():
