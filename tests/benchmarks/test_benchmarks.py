@@ -62,10 +62,10 @@ def test_variants_undo_one_decision_each():
     from benchmarks import variants
     from renderer.core import rows
 
-    limits = rows.SELECT_LIMIT, rows.UNROLL_LIMIT
+    limits = rows.SELECT_LIMIT, rows.UNROLL_LIMIT, rows.AXIS_VALUES
     found = checked(variants.measure(TINY))["variants"]
-    assert [row["variant"] for row in found][0::5] == ["as it is", "one lane a sample"] and len(found) == 6
-    assert (rows.SELECT_LIMIT, rows.UNROLL_LIMIT) == limits
+    assert [row["variant"] for row in found][0::6] == ["as it is", "one lane a sample"] and len(found) == 7
+    assert (rows.SELECT_LIMIT, rows.UNROLL_LIMIT, rows.AXIS_VALUES) == limits
 
 
 def test_lane_per_sample_renders_the_same_picture():
