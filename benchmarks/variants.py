@@ -2,8 +2,9 @@
 
 Gathers (SELECT_LIMIT 0) read the records of the shapes that were hit, instead of chains of selects. Loops (UNROLL_LIMIT
 0) go over the shapes in the kernel, instead of code for each of them. All directions as values: zeros and ones of
-normals and axes are read like other numbers, instead of being left out of the kernel. FastMath off compiles exact floating point. One
-lane a sample: a lane ends with its path instead of starting the pixel's next sample. CPU time of renders in turns.
+normals and axes are read like other numbers, instead of being left out of the kernel. FastMath off compiles exact
+floating point. One lane a sample: a lane ends with its path instead of starting the pixel's next sample. CPU time of
+renders in turns.
 """
 
 from __future__ import annotations

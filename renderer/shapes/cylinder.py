@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-from renderer.core.numeric import TINY, away_from_zero, greater, lesser, safe_sqrt
+from renderer.core.numeric import TINY, away_from_zero, greater, lesser
 from renderer.core.records import Surface
 from renderer.core.vectors import frame, unit
 from renderer.shapes.base import ShapeKind, register, turn, uv

@@ -1,7 +1,8 @@
 """Triangle, seen from both sides.
 
-The plane is intersected first; barycentric coordinates of the hit are dot products with the dual edges
-g1 = e2 x n / |n|^2 and g2 = n x e1 / |n|^2 (n = e1 x e2, not normalised), computed once in double precision: b1 = g1.(p - v0), b2 = g2.(p - v0).
+The plane is intersected first; barycentric coordinates of the hit are dot products with the dual edges,
+b1 = g1.(p - v0) and b2 = g2.(p - v0) with g1 = e2 x n / |n|^2, g2 = n x e1 / |n|^2 and n = e1 x e2, computed once in
+double precision. Neighbours overlap by EDGE_TOLERANCE, so that no ray slips through a shared edge.
 """
 
 import drjit as dr
