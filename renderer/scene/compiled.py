@@ -141,7 +141,9 @@ class CompiledScene:
 
 
 def _closest_allowed(ray):
-    """Return the distance that rounding of the origin can fake on shapes that touch the one just left."""
+    """Return the distance that rounding of the origin can fake on shapes that touch the one just left; else 0."""
+    if ray.left_index is None:
+        return Float(0)
     o = abs(ray.o)
     return greater(o.x, greater(o.y, o.z)) * (LEAVE_ULPS * EPSILON)
 
