@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 from pathlib import Path
 
 TOOL_LIMIT = 20.0  # seconds for the driver's own tool
@@ -33,6 +32,8 @@ def available_memory() -> int | None:
 
 def gpu_name() -> str:
     """Return what the driver's tool says the GPU is."""
+    import subprocess  # a few milliseconds, and renders ask for memory only
+
     try:
         done = subprocess.run(["nvidia-smi", "--query-gpu=name,memory.total", "--format=csv,noheader"],
                               timeout=TOOL_LIMIT, capture_output=True, text=True, errors="replace",

@@ -117,11 +117,10 @@ def _first_hits(mode, scene, camera, width, height):
 
 def _sampled(integrator, camera, width, height, samples, seed, progress):
     """Return the mean of the samples; a pass renders a few of them, so many that it takes about PASS_SECONDS."""
-    lanes = width * height
-    pixel = dr.arange(UInt32, lanes)
+    pixel = dr.arange(UInt32, width * height)
     corner = pixel_corner(pixel, dr.opaque(UInt32, width))
     sampler = R2(pixel, dr.opaque(UInt32, seed)) if samples > 1 else None
-    radiance, done, count = dr.zeros(Vector3f, lanes), 0, min(samples, FIRST_PASS_SAMPLES)
+    radiance, done, count = dr.zeros(Vector3f, width * height), 0, min(samples, FIRST_PASS_SAMPLES)
     if samples > count:
         dr.make_opaque(radiance)  # so that the first pass uses the same kernel as the others
     while done < samples:
@@ -136,6 +135,8 @@ def _sampled(integrator, camera, width, height, samples, seed, progress):
         seconds = max(time.perf_counter() - start, 1e-6)
         count = max(1, int(count * min(LONGEST_GROWTH, PASS_SECONDS / seconds)))
         done = end
+    if samples == 1:
+        return radiance
     colour = radiance * dr.opaque(Float, 1 / samples)
     dr.eval(colour)
     return colour

@@ -103,6 +103,19 @@ def test_warning_of_the_scene_is_printed(scene, document, engine, capsys):
     assert re.fullmatch(r"warning: small\.json:1:\d+: shutterspeed: .*\n", capsys.readouterr().err)
 
 
+def test_picture_that_does_not_fit_into_memory_is_refused(scene, engine, capsys, monkeypatch):
+    """With the size, what it needs and what is there; a picture that fits, or an unknown memory, is no matter."""
+    from renderer import machine
+
+    monkeypatch.setattr(machine, "available_memory", lambda: 2**30)
+    assert cli.main([scene, "--size", "8000x6000"]) == 2
+    assert "8000 x 6000 needs about 1.3 GiB of memory, and 1.0 GiB are free" in capsys.readouterr().err
+    assert engine.calls == []
+    assert cli.main([scene, "--size", "4000x3000"]) == 0
+    monkeypatch.setattr(machine, "available_memory", lambda: None)
+    assert cli.main([scene, "--size", "8000x6000"]) == 0
+
+
 def test_note_of_the_scene_is_told_apart(scene, document, engine, capsys):
     """A spelling that was understood is no warning, and --quiet drops it."""
     Path(scene).write_text(json.dumps(document | {"camera samples": 2}))
