@@ -2,7 +2,8 @@
 
 Gathers (SELECT_LIMIT 0) read the records of the shapes that were hit, instead of chains of selects. Loops (UNROLL_LIMIT
 0) go over the shapes in the kernel, instead of code for each of them. All directions as values: zeros and ones of
-normals and axes are read like other numbers, instead of being left out of the kernel. FastMath off compiles exact
+normals and axes are read like other numbers, instead of being left out of the kernel. All values as constants:
+colours, radii and the rest are compiled into the kernel, and every edit compiles another. FastMath off compiles exact
 floating point. One lane a sample: a lane ends with its path instead of starting the pixel's next sample. CPU time of
 renders in turns.
 """
@@ -37,6 +38,7 @@ def measure(effort):
         "loops instead of unrolling": partial(_patched, UNROLL_LIMIT=0),
         "loops and gathers": partial(_patched, SELECT_LIMIT=0, UNROLL_LIMIT=0),
         "all directions as values": partial(_patched, AXIS_VALUES=()),
+        "all values as constants": partial(_patched, ALL_CONSTANT=True),
         "FastMath off": partial(dr.scoped_set_flag, dr.JitFlag.FastMath, False),
     }
     actions = {name: partial(_render, loaded, setting) for name, setting in settings.items()}

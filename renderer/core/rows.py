@@ -14,6 +14,7 @@ SELECT_LIMIT = 12  # records; up to here a chain of selects is faster than a gat
 # its compilation grows: 0.6 s for 32 spheres and a light, 1.2 s for 64, 3.4 s for 128.
 UNROLL_LIMIT = 32
 AXIS_VALUES = (-1, 0, 1)  # components of directions along the axes
+ALL_CONSTANT = False  # True compiles all values into the kernel, so that every edit compiles another; for measuring
 
 
 class Rows:
@@ -54,8 +55,8 @@ class Rows:
         """Return one value as a variable of its own: a gather would make a new one for every time it is read."""
         if place not in self._scalars:
             value = self._host[place]
-            plain = place % self.width in self._directions and value in AXIS_VALUES
-            self._scalars[place] = self._type(value) if plain else dr.opaque(self._type, value)
+            constant = place % self.width in self._directions and value in AXIS_VALUES
+            self._scalars[place] = self._type(value) if constant or ALL_CONSTANT else dr.opaque(self._type, value)
         return self._scalars[place]
 
 

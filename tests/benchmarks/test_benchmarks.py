@@ -62,10 +62,11 @@ def test_variants_undo_one_decision_each():
     from benchmarks import variants
     from renderer.core import rows
 
-    limits = rows.SELECT_LIMIT, rows.UNROLL_LIMIT, rows.AXIS_VALUES
+    names = "SELECT_LIMIT", "UNROLL_LIMIT", "AXIS_VALUES", "ALL_CONSTANT"
+    limits = [getattr(rows, name) for name in names]
     found = checked(variants.measure(TINY))["variants"]
-    assert [row["variant"] for row in found][0::6] == ["as it is", "one lane a sample"] and len(found) == 7
-    assert (rows.SELECT_LIMIT, rows.UNROLL_LIMIT, rows.AXIS_VALUES) == limits
+    assert [row["variant"] for row in found][0::7] == ["as it is", "one lane a sample"] and len(found) == 8
+    assert [getattr(rows, name) for name in names] == limits
 
 
 def test_lane_per_sample_renders_the_same_picture():
