@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import drjit as dr
 
-from renderer.core.backend import Bool, Vector3f
+from renderer.core.backend import Bool, Float, Vector3f
+from renderer.core.numeric import FAR
 from renderer.core.records import Ray
 from renderer.integrators.base import register
 
@@ -38,5 +39,5 @@ class Binary:
 
     def step(self, path):
         """Return red or black; no lane goes on."""
-        hit = self._scene.intersect(Ray(path.o, path.d)).valid
+        hit = self._scene.occluded(Ray(path.o, path.d), Float(FAR), Bool(True))
         return dr.select(hit, Vector3f(HIT), Vector3f(MISS)), Bool(False), path
