@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import tempfile
-from contextlib import contextmanager
 from pathlib import Path
 
 from benchmarks import scenes
@@ -54,7 +53,7 @@ class _Runs:
         """Run the command once in each way."""
         self._warm.append(self._run(1, self._cache))
         self._many.append(self._run(self._effort.samples, self._cache))
-        with empty_folder(self._folder) as cache:
+        with tempfile.TemporaryDirectory(dir=self._folder) as cache:
             self._cold.append(self._run(1, cache))
 
     def _run(self, samples, cache):
@@ -89,13 +88,6 @@ def command(name, effort, samples, picture):
     return arguments
 
 
-@contextmanager
-def empty_folder(parent):
-    """Give a new folder, and remove it with what was put there."""
-    with tempfile.TemporaryDirectory(dir=parent) as folder:
-        yield folder
-
-
 def _stages(name, effort, folder):
     """Return rows of seconds by stage of a process that does what the command does, warm and cold."""
     arguments = STAGES, scenes.path(name), f"{effort.width}x{effort.height}", folder / "picture.ppm"
@@ -103,7 +95,7 @@ def _stages(name, effort, folder):
     warm, cold = [], []
     for _ in range(effort.repeats):
         warm.append(_stage_seconds(run_process(*arguments, DRJIT_CACHE_DIR=folder / "kernels")))
-        with empty_folder(folder) as cache:
+        with tempfile.TemporaryDirectory(dir=folder) as cache:
             cold.append(_stage_seconds(run_process(*arguments, DRJIT_CACHE_DIR=cache)))
     return [
         {"stage": stage, "warm (s)": spread([run[stage] for run in warm]),

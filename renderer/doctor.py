@@ -22,7 +22,8 @@ from renderer.core import llvm, llvm_trial
 ROOT = Path(__file__).resolve().parent.parent
 OK, NOTE, WARNING, PROBLEM = "ok", "note", "warning", "problem"
 OLDEST_PYTHON = (3, 11)
-IMPORT_NAMES = {"drjit": "drjit", "numpy": "numpy", "OpenEXR": "OpenEXR", "pillow": "PIL", "scipy": "scipy"}
+IMPORT_NAMES = {"drjit": "drjit", "numpy": "numpy", "OpenEXR": "OpenEXR", "pillow": "PIL", "scipy": "scipy",
+                "tqdm": "tqdm"}
 IMPORT_LIMIT = 60.0  # seconds
 LITTLE_MEMORY = 2**30  # bytes; the largest of the coursework's pictures takes less than half of this
 MEBIBYTE, GIBIBYTE = 2**20, 2**30

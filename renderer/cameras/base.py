@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from renderer.core.registry import Registry
+
 
 @dataclass(frozen=True)
 class CameraKind:
@@ -18,10 +20,5 @@ class CameraKind:
     ray: Callable
 
 
-KINDS = {}
-
-
-def register(kind):
-    """Add a kind to those that scenes may name."""
-    assert kind.name not in KINDS, kind.name
-    KINDS[kind.name] = kind
+KINDS = Registry()
+register = KINDS.register

@@ -7,15 +7,16 @@ An integrator works on lanes that each follow one camera ray until its radiance 
   pixel and whether the lane needs another step.
 """
 
-INTEGRATORS = {}
+from renderer.core.registry import Registry
+
+INTEGRATORS = Registry()
 
 
 def register(mode):
     """Return a class decorator that registers an integrator under a render mode."""
 
     def enter(integrator):
-        assert mode not in INTEGRATORS, mode
-        INTEGRATORS[mode] = integrator
+        INTEGRATORS.add(mode, integrator)
         return integrator
 
     return enter

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import drjit as dr
 
-from renderer.core.backend import Float, UInt32, Vector2f, Vector3f
+from renderer.core.backend import Float, Vector3f
 from renderer.core.numeric import FAR
-from renderer.core.records import NO_SHAPE, Hit, Ray, Surface
+from renderer.core.records import NO_SHAPE, Ray
 
 PALETTE_STEP = (0.61803399, 0.75487767, 0.5698403)  # fractions of plastic and golden ratio: neighbours differ
 
@@ -18,9 +18,6 @@ def channels(mode, scene, o, d):
     """
     ray = Ray(o, d)
     hit = scene.intersect(ray)
-    if not scene.shapes:
-        hit = Hit(dr.full(Float, FAR, dr.width(d)), dr.full(UInt32, NO_SHAPE, dr.width(d)))
-        return MODES[mode](scene, hit, Surface(o, Vector3f(0), Vector2f(0)))
     return MODES[mode](scene, hit, scene.surface(ray, hit, with_uv=mode in ("uv", "albedo")))
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from renderer.core.backend import Float, Vector3f
+from renderer.core.registry import Registry
 
 
 @dataclass
@@ -26,10 +27,5 @@ class LightKind:
     sample: Callable
 
 
-KINDS = {}
-
-
-def register(kind):
-    """Add a kind to those that scenes may name."""
-    assert kind.name not in KINDS, kind.name
-    KINDS[kind.name] = kind
+KINDS = Registry()
+register = KINDS.register

@@ -6,6 +6,7 @@ shapes are convex, so a shape is represented by points whose hull it is, and a b
 is one point, a polyhedron its corners, a cylinder the points of its rims.
 """
 
+import itertools
 import math
 
 from renderer.core.hull import corners, unit_halfspaces, volume
@@ -69,14 +70,10 @@ def _extreme_points(shape):
         case schema.Cylinder():
             return _rims(shape), 0.0
         case schema.Box():
-            return [(x, y, z) for x, y, z in _combinations(shape.min, shape.max)], 0.0
+            return list(itertools.product(*zip(shape.min, shape.max))), 0.0
         case schema.Convex():
             return corners(shape.halfspaces, shape.vertices), 0.0
     return (), 0.0
-
-
-def _combinations(low, high):
-    return ((x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2]))
 
 
 def _rims(cylinder):

@@ -21,7 +21,8 @@ from dataclasses import dataclass
 
 import drjit as dr
 
-from renderer.core.backend import Float, Vector2f, Vector3f
+from renderer.core.backend import Float, Vector3f
+from renderer.core.registry import Registry
 
 
 @dataclass(frozen=True)
@@ -37,20 +38,17 @@ class ShapeKind:
     columns: Callable | None = None  # None: every record is as wide as `pack` makes it
     directions: Sequence = ()  # columns of directions: what is along an axis counts as structure, not as a value
 
+    def __post_init__(self):
+        assert (self.interval is None) != (self.distance is None), self.name
+
     @property
     def solid(self):
         """Whether the kind encloses a volume."""
         return self.interval is not None
 
 
-KINDS = {}
-
-
-def register(kind):
-    """Add a kind to those that scenes may name."""
-    assert kind.name not in KINDS, kind.name
-    assert (kind.interval is None) != (kind.distance is None), kind.name
-    KINDS[kind.name] = kind
+KINDS = Registry()
+register = KINDS.register
 
 
 def turn(y, x):
@@ -65,8 +63,3 @@ def lane_frame(normal):
     across_z = Vector3f(normal.y, -normal.x, 0)  # n x z
     t = dr.normalize(dr.select(abs(normal.y) < Float(0.9), across_y, across_z))
     return t, dr.cross(normal, t)
-
-
-def uv(u, v):
-    """Return texture coordinates."""
-    return Vector2f(u, v)

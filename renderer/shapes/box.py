@@ -2,10 +2,10 @@
 
 import drjit as dr
 
-from renderer.core.backend import Float, Vector3f
+from renderer.core.backend import Float, Vector2f, Vector3f
 from renderer.core.numeric import away_from_zero, greater, lesser
 from renderer.core.records import Surface
-from renderer.shapes.base import ShapeKind, register, uv
+from renderer.shapes.base import ShapeKind, register
 
 CENTER, HALF = 0, 3
 
@@ -59,7 +59,7 @@ def texture_coordinates(row, surface):
     n = surface.n_geo
     u = dr.select(on_x, z * n.x, dr.select(on_z, -x * n.z, x))
     v = dr.select(on_y, -z * n.y, -y)
-    return uv(0.5 + 0.5 * u, 0.5 + 0.5 * v)
+    return Vector2f(0.5 + 0.5 * u, 0.5 + 0.5 * v)
 
 
 register(ShapeKind("box", pack, surface, texture_coordinates, interval=interval))

@@ -2,12 +2,12 @@
 
 import drjit as dr
 
-from renderer.core.backend import Float, Vector3f
+from renderer.core.backend import Float, Vector2f, Vector3f
 from renderer.core.hull import unit_halfspaces
 from renderer.core.numeric import FAR, away_from_zero, greater, lesser
 from renderer.core.records import Surface
 from renderer.core.rows import repeat
-from renderer.shapes.base import ShapeKind, lane_frame, register, uv
+from renderer.shapes.base import ShapeKind, lane_frame, register
 
 PLANE_COLUMNS = 4  # n, d
 EVERYWHERE = (0.0, 0.0, 0.0, 1.0)  # contains all points; fills up records of volumes with fewer facets
@@ -53,7 +53,7 @@ def surface(row, p):
 def texture_coordinates(row, surface):
     """Return the point's coordinates along the two axes of its facet, in scene units."""
     t, b = lane_frame(surface.n_geo)
-    return uv(dr.dot(surface.p, t), dr.dot(surface.p, b))
+    return Vector2f(dr.dot(surface.p, t), dr.dot(surface.p, b))
 
 
 register(ShapeKind("convex", pack, surface, texture_coordinates, interval=interval, columns=columns))

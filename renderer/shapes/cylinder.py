@@ -2,10 +2,11 @@
 
 import drjit as dr
 
+from renderer.core.backend import Vector2f
 from renderer.core.numeric import TINY, away_from_zero, greater, lesser
 from renderer.core.records import Surface
 from renderer.core.vectors import frame, unit
-from renderer.shapes.base import ShapeKind, register, turn, uv
+from renderer.shapes.base import ShapeKind, register, turn
 
 CENTER, AXIS, TANGENT, BITANGENT, RADIUS, HALF = 0, 3, 6, 9, 12, 13
 
@@ -68,7 +69,7 @@ def texture_coordinates(row, surface):
     along, across, rho = _local(row, surface.p)
     u = turn(-dr.dot(across, row.vector(BITANGENT)), dr.dot(across, row.vector(TANGENT)))
     on_cap = abs(dr.dot(surface.n_geo, row.vector(AXIS))) > 0.5
-    return uv(u, dr.select(on_cap, rho / row[RADIUS], 0.5 - 0.5 * along / row[HALF]))
+    return Vector2f(u, dr.select(on_cap, rho / row[RADIUS], 0.5 - 0.5 * along / row[HALF]))
 
 
 register(ShapeKind("cylinder", pack, surface, texture_coordinates, interval=interval, directions=range(AXIS, RADIUS)))

@@ -2,10 +2,10 @@
 
 import drjit as dr
 
-from renderer.core.backend import Bool
+from renderer.core.backend import Bool, Vector2f
 from renderer.core.records import Surface
 from renderer.core.vectors import frame, unit
-from renderer.shapes.base import ShapeKind, register, uv
+from renderer.shapes.base import ShapeKind, register
 
 POINT, NORMAL, TANGENT, BITANGENT = 0, 3, 6, 9
 
@@ -32,7 +32,7 @@ def surface(row, p):
 def texture_coordinates(row, surface):
     """Return the distances from the point along the plane's two axes."""
     q = surface.p - row.vector(POINT)
-    return uv(dr.dot(q, row.vector(TANGENT)), dr.dot(q, row.vector(BITANGENT)))
+    return Vector2f(dr.dot(q, row.vector(TANGENT)), dr.dot(q, row.vector(BITANGENT)))
 
 
-register(ShapeKind("plane", pack, surface, texture_coordinates, distance=distance, directions=range(NORMAL, 12)))
+register(ShapeKind("plane", pack, surface, texture_coordinates, distance=distance, directions=range(NORMAL, BITANGENT + 3)))

@@ -8,9 +8,9 @@ import math
 
 import drjit as dr
 
-from renderer.core.backend import Bool
+from renderer.core.backend import Bool, Vector2f
 from renderer.core.records import Surface
-from renderer.shapes.base import ShapeKind, register, turn, uv
+from renderer.shapes.base import ShapeKind, register, turn
 
 CENTER, RADIUS = 0, 3
 
@@ -38,7 +38,7 @@ def surface(row, p):
 def texture_coordinates(row, surface):
     """Return longitude around +y in turns, and latitude from the north pole (0) to the south pole (1)."""
     n = surface.n_geo
-    return uv(turn(n.z, n.x), dr.safe_acos(n.y) * (1 / math.pi))
+    return Vector2f(turn(n.z, n.x), dr.safe_acos(n.y) * (1 / math.pi))
 
 
 register(ShapeKind("sphere", pack, surface, texture_coordinates, interval=interval))

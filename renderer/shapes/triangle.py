@@ -7,10 +7,11 @@ double precision. Neighbours overlap by EDGE_TOLERANCE, so that no ray slips thr
 
 import drjit as dr
 
+from renderer.core.backend import Vector2f
 from renderer.core.numeric import EDGE_TOLERANCE
 from renderer.core.records import Surface
 from renderer.core.vectors import cross, dot, subtract, unit
-from renderer.shapes.base import ShapeKind, register, uv
+from renderer.shapes.base import ShapeKind, register
 
 V0, NORMAL, DUAL1, DUAL2, UV0, UV1, UV2 = 0, 3, 6, 9, 12, 14, 16
 
@@ -50,7 +51,7 @@ def texture_coordinates(row, surface):
     """Return the barycentric mean of the corners' coordinates."""
     q = surface.p - row.vector(V0)
     b1, b2 = dr.dot(row.vector(DUAL1), q), dr.dot(row.vector(DUAL2), q)
-    return uv(*(row[UV0 + k] * (1 - b1 - b2) + row[UV1 + k] * b1 + row[UV2 + k] * b2 for k in range(2)))
+    return Vector2f(*(row[UV0 + k] * (1 - b1 - b2) + row[UV1 + k] * b1 + row[UV2 + k] * b2 for k in range(2)))
 
 
 register(ShapeKind("triangle", pack, surface, texture_coordinates, distance=distance, directions=range(NORMAL, UV0)))

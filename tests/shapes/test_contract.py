@@ -46,6 +46,14 @@ def rays_at(shape, rng, count=RAYS, inside=False):
     return o, d / np.linalg.norm(d, axis=1, keepdims=True)
 
 
+def seen(scene, shape, rng):
+    """Return what RAYS rays towards a shape hit, and the surface there with its texture coordinates."""
+    o, d = rays_at(shape, rng)
+    ray = Ray(vectors(o), vectors(d))
+    hit = scene.intersect(ray)
+    return hit, scene.surface(ray, hit, with_uv=True)
+
+
 @pytest.fixture
 def compiled(request, tmp_path):
     """The compiled scene of one shape."""
@@ -91,10 +99,8 @@ def check_distances(scene, shape, o, d):
 def test_surface_point_is_on_the_shape(compiled, rng):
     """The surface point satisfies the implicit equation to within a few roundoffs."""
     scene, shape = compiled
-    o, d = rays_at(shape, rng)
-    ray = Ray(vectors(o), vectors(d))
-    hit = scene.intersect(ray)
-    p = scene.surface(ray, hit, with_uv=False).p.numpy().T[hit.valid.numpy()]
+    hit, surface = seen(scene, shape, rng)
+    p = surface.p.numpy().T[hit.valid.numpy()]
     scale = size(shape) + np.abs(p).max(1)
     assert len(p) > 100
     assert np.all(np.abs(signed_distance(shape, p)) < 8 * 2.0**-24 * scale)
@@ -104,10 +110,7 @@ def test_surface_point_is_on_the_shape(compiled, rng):
 def test_normal_agrees_with_finite_differences(compiled, rng):
     """The normal is the gradient of the signed distance, away from edges; a sheet's is given or its winding's."""
     scene, shape = compiled
-    o, d = rays_at(shape, rng)
-    ray = Ray(vectors(o), vectors(d))
-    hit = scene.intersect(ray)
-    surface = scene.surface(ray, hit, with_uv=False)
+    hit, surface = seen(scene, shape, rng)
     valid = hit.valid.numpy()
     p = surface.p.numpy().T[valid].astype(float)
     n = np.broadcast_to(surface.n_geo.numpy().T, (RAYS, 3))[valid]
@@ -129,10 +132,7 @@ def test_normal_agrees_with_finite_differences(compiled, rng):
 def test_a_ray_that_leaves_outwards_does_not_hit_again(compiled, rng):
     """No shape shadows itself: convex shapes cannot be met again by a ray that leaves them."""
     scene, shape = compiled
-    o, d = rays_at(shape, rng)
-    ray = Ray(vectors(o), vectors(d))
-    hit = scene.intersect(ray)
-    surface = scene.surface(ray, hit, with_uv=False)
+    hit, surface = seen(scene, shape, rng)
     out = rng.normal(size=(RAYS, 3))
     n = surface.n_geo.numpy().T
     out *= np.sign((out * n).sum(1, keepdims=True))
@@ -145,10 +145,7 @@ def test_a_ray_that_leaves_outwards_does_not_hit_again(compiled, rng):
 def test_a_ray_that_leaves_inwards_hits_the_far_side(compiled, rng):
     """A refracted ray always comes out again, a chord's length later."""
     scene, shape = compiled
-    o, d = rays_at(shape, rng)
-    ray = Ray(vectors(o), vectors(d))
-    hit = scene.intersect(ray)
-    surface = scene.surface(ray, hit, with_uv=False)
+    hit, surface = seen(scene, shape, rng)
     inwards = rng.normal(size=(RAYS, 3))
     n = surface.n_geo.numpy().T
     cos = (inwards * n).sum(1, keepdims=True) / np.linalg.norm(inwards, axis=1, keepdims=True)
@@ -205,10 +202,8 @@ def test_any_hit_agrees_with_closest_hit(compiled, rng):
 def test_texture_coordinates_are_finite_and_in_range(compiled, rng):
     """Shapes with a natural extent map to the unit square."""
     scene, shape = compiled
-    o, d = rays_at(shape, rng)
-    ray = Ray(vectors(o), vectors(d))
-    hit = scene.intersect(ray)
-    uv = scene.surface(ray, hit, with_uv=True).uv.numpy().T[hit.valid.numpy()]
+    hit, surface = seen(scene, shape, rng)
+    uv = surface.uv.numpy().T[hit.valid.numpy()]
     assert np.isfinite(uv).all()
     if shape["type"] not in ("plane", "convex"):
         assert uv.min() > -1e-3 and uv.max() < 1 + 1e-3
