@@ -1,0 +1,1 @@
+"""Bounding volume hierarchies over primitives that are known by their boxes alone."""
