@@ -19,6 +19,7 @@ import mitsuba as mi
 import numpy as np
 
 from benchmarks import scenes
+from benchmarks.lanes import done, lanes, vectors
 from benchmarks.measure import interleaved, result, spread
 from benchmarks.rays import primary_rays, shadow_rays
 from benchmarks.targets import HIGHER, Figure
@@ -90,49 +91,37 @@ def _spread(values):
     return spread([float(value) for value in values])
 
 
-def _lanes(kind, host):
-    """Return an aligned array of a Dr.Jit type; arrays that numpy lends are not, and load more slowly."""
-    lanes = kind(np.ascontiguousarray(host)) + dr.opaque(kind, 0)
-    dr.eval(lanes)
-    return lanes
-
-
-def _vectors(vector, kind, host):
-    """Return (N, 3) numbers as lanes of vectors."""
-    return vector(*(_lanes(kind, column) for column in host.T))
-
-
 class Ours:
     """Our tests of the rays. Shadow rays carry the shape that they leave, as those of the renderer do."""
 
     def __init__(self, scene, primary, shadow):
         self._scene = scene
-        self._primary = Ray(_vectors(Vector3f, Float, primary.o), _vectors(Vector3f, Float, primary.d))
-        inwards = _lanes(UInt32, shadow.left_inwards.astype(np.uint32)) != 0
-        self._shadow = Ray(_vectors(Vector3f, Float, shadow.o), _vectors(Vector3f, Float, shadow.d),
-                           _lanes(UInt32, shadow.left_index), inwards)  # fmt: skip
-        self._distance = _lanes(Float, shadow.distance)
+        self._primary = Ray(vectors(Vector3f, Float, primary.o), vectors(Vector3f, Float, primary.d))
+        inwards = lanes(UInt32, shadow.left_inwards.astype(np.uint32)) != 0
+        self._shadow = Ray(vectors(Vector3f, Float, shadow.o), vectors(Vector3f, Float, shadow.d),
+                           lanes(UInt32, shadow.left_index), inwards)  # fmt: skip
+        self._distance = lanes(Float, shadow.distance)
         dr.eval(inwards)
 
     def closest(self):
         """Return distance and shape of the closest hits."""
         hit = self._scene.intersect(self._primary)
-        return _done(hit.t, hit.index)
+        return done(hit.t, hit.index)
 
     def only_read(self):
         """Return results of the same sizes from all that the rays consist of, without a scene."""
         first, second = self._primary, self._shadow
         sums = dr.sum(second.o) + dr.sum(second.d) + self._distance
         hidden = (sums > 0) ^ (second.left_index == 0) ^ second.left_inwards
-        return _done(dr.sum(first.o), dr.sum(first.d), hidden)
+        return done(dr.sum(first.o), dr.sum(first.d), hidden)
 
     def blocked(self):
         """Return whether each light is hidden."""
-        return _done(self._scene.occluded(self._shadow, self._distance, Bool(True)))[0]
+        return done(self._scene.occluded(self._shadow, self._distance, Bool(True)))[0]
 
     def blocked_untold(self):
         """Return the same from just the arrays that Mitsuba gets."""
-        return _done(self._scene.occluded(Ray(self._shadow.o, self._shadow.d), self._distance, Bool(True)))[0]
+        return done(self._scene.occluded(Ray(self._shadow.o, self._shadow.d), self._distance, Bool(True)))[0]
 
 
 class Theirs:
@@ -142,24 +131,17 @@ class Theirs:
         self._scene = mi.load_dict(to_dict(loaded))
         self._primary = self._rays(primary)
         self._shadow = self._rays(shadow)
-        self._shadow.maxt = _lanes(mi.Float, shadow.maxt)
+        self._shadow.maxt = lanes(mi.Float, shadow.maxt)
 
     @staticmethod
     def _rays(rays):
-        return mi.Ray3f(_vectors(mi.Point3f, mi.Float, rays.o), _vectors(mi.Vector3f, mi.Float, rays.d))
+        return mi.Ray3f(vectors(mi.Point3f, mi.Float, rays.o), vectors(mi.Vector3f, mi.Float, rays.d))
 
     def closest(self, coherent):
         """Return distance and shape of the closest hits."""
         hit = self._scene.ray_intersect_preliminary(self._primary, coherent=coherent)
-        return _done(hit.t, hit.shape)
+        return done(hit.t, hit.shape)
 
     def blocked(self, coherent):
         """Return whether each light is hidden."""
-        return _done(self._scene.ray_test(self._shadow, coherent=coherent))[0]
-
-
-def _done(*lanes):
-    """Return arrays as soon as they are there."""
-    dr.eval(*lanes)
-    dr.sync_thread()
-    return lanes
+        return done(self._scene.ray_test(self._shadow, coherent=coherent))[0]

@@ -28,10 +28,11 @@ class Effort:
     width: int  # of pictures, in pixels
     height: int
     samples: int  # rays a pixel where many are meant
+    triangles: int = 1_000_000  # of the largest mesh
 
 
 FULL = Effort(repeats=9, width=1200, height=800, samples=64)
-QUICK = Effort(repeats=3, width=300, height=200, samples=16)
+QUICK = Effort(repeats=3, width=300, height=200, samples=16, triangles=100_000)
 
 
 @dataclass(frozen=True)
