@@ -61,7 +61,7 @@ def measure(effort, tracer=None):
         tables["memory"].append(about | _memory(tracer, mesh))
     tables["fall"] = falls(tables["rays"])
     if tracer is stand_in:  # nothing of ours was measured, and nothing is judged
-        return result([], **{f"{title}, Mitsuba in our place": rows for title, rows in tables.items()})
+        return result([], **{f"{title} of the stand-in": rows for title, rows in tables.items()})
     return result(figures(tables), **tables)
 
 

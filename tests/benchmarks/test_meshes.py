@@ -51,7 +51,7 @@ def quick(monkeypatch):
 def test_stand_in_agrees_with_itself_and_is_not_judged(quick):
     """Mitsuba through our tracer's functions finds what it finds, and its figures are not called ours."""
     found = meshes.measure(TINY, stand_in)
-    assert found["figures"] == [] and all("Mitsuba in our place" in title for title in found["tables"])
+    assert found["figures"] == [] and all("of the stand-in" in title for title in found["tables"])
     rays, building, memory, paths, fall = found["tables"].values()
     assert len(rays) == len(fall) == 10 and len(building) == len(memory) == 2 and len(paths) == 1
     for row in rays:
