@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.accel.boxes import scene_scale
-from renderer.accel.collapse import NO_PRIMITIVE, collapse
+from renderer.accel.collapse import MAX_WIDTH, NO_PRIMITIVE, collapse
 from renderer.accel.morton import morton_order
 from renderer.accel.ploc import build_binary
+from renderer.accel.reinsert import reinsert
 from renderer.core.backend import UInt32, Vector3f
 
-MAX_DEPTH = 64  # levels of inner nodes; 2^64 primitives would fit
+MAX_DEPTH = 64  # levels of inner nodes, whatever the boxes
+ROUNDS = 3  # of reinsertion
 
 
 @dataclass(frozen=True)
@@ -29,20 +31,24 @@ class Tree:
     depth: int  # inner nodes on the longest path
 
 
-def build(lo, hi, width=4):
+def build(lo, hi, width=4, rounds=ROUNDS):
     """Return the Tree over primitives with the bounds `lo` and `hi` (Vector3f, a lane each, finite, lo <= hi).
 
-    There must be at least one; boxes may be flat, points, or all the same. Extents must stay below 1e38.
+    There must be at least one; boxes may be flat, points, or all the same. The scene's extent must stay below 1e38;
+    numbers below 1e-38 count as zeros. `rounds` trades time for quality (docs/bvh-build.md).
     """
+    assert 2 <= width <= MAX_WIDTH
     dr.eval(lo, hi)
-    count = len(lo.x)
-    if count == 1:
+    if len(lo.x) == 1:
         return _single(lo, hi)
     lowest, scale = scene_scale(lo, hi)
-    binary = build_binary(lo, hi, morton_order(lo, hi, lowest, scale), scale, MAX_DEPTH)
-    (nodes, first_child, child_count), depth = collapse(binary, width, scale)
-    tree = Tree(dr.gather(Vector3f, binary.lo, nodes), dr.gather(Vector3f, binary.hi, nodes), first_child, child_count,
-                dr.select(child_count == 0, nodes, UInt32(NO_PRIMITIVE)), depth)
+    order = morton_order(lo, hi, lowest, scale)
+    binary = build_binary(dr.gather(Vector3f, lo, order), dr.gather(Vector3f, hi, order), scale, MAX_DEPTH)
+    by_depth = reinsert(binary, scale, rounds, MAX_DEPTH)
+    nodes, first_child, child_count, depth = collapse(binary, by_depth, width, scale)
+    is_leaf = child_count == 0
+    primitive = dr.select(is_leaf, dr.gather(UInt32, order, nodes, is_leaf), UInt32(NO_PRIMITIVE))
+    tree = Tree(*binary.box(nodes), first_child, child_count, primitive, depth)
     dr.eval(tree.lo, tree.hi, tree.first_child, tree.child_count, tree.primitive)
     return tree
 
