@@ -16,6 +16,10 @@ from renderer.scene.media import encloses
 
 PARALLEL = 1e-6  # sine of the angle below which float32 cannot tell two directions apart reliably
 FLAT = 1e-7  # relative size (float32's resolution) below which an extent is nothing
+# Relative to the square of the largest coordinate. An edge is at most 2 sqrt(3) times that coordinate, so whatever is
+# dropped has a normal below 12 FLAT.
+CLEARLY = 12 * FLAT
+SHEETS = ("triangle", "plane")  # without an inside
 RELAXATIONS = 64  # steps after which the search for an inner point becomes a linear programme
 
 
@@ -29,11 +33,11 @@ def check(description, directory, findings):
     world, kept = description.scene, []
     if world is None or world.shapes is None:
         return kept
-    textures = {}
+    textures, shapes_at = {}, linked(("scene", "shapes"))
     for index, shape in enumerate(world.shapes):
         if shape is None:
             continue
-        at = linked(("scene", "shapes", index))
+        at = (shapes_at, index)
         before = len(findings)
         CHECKS[shape.type](shape, at, findings)
         if type(shape.material.texture) is str:
@@ -96,10 +100,11 @@ def _check_lights(description, kept, findings):
     if not world.lightsources and world.shapes:
         findings.append(Finding((None, "scene"), "has no lightsources; only ambientlight will be seen",
                                 severity=NOTE))
+    closed = [(index, shape) for index, shape in kept if shape.type not in SHEETS]
     for number, light in enumerate(world.lightsources):
         if light is None:
             continue
-        for index, shape in kept:
+        for index, shape in closed:
             if encloses(shape, [light.position]):
                 message = f"is inside scene.shapes[{index}] ({shape.type}), so it lights nothing outside of it"
                 findings.append(Finding(linked(("scene", "lightsources", number, "position")), message,
@@ -125,6 +130,20 @@ def _check_plane(shape, at, findings):
 
 
 def _check_triangle(shape, at, findings):
+    if not _is_clearly_a_triangle(shape.v0, shape.v1, shape.v2):
+        _check_thin_triangle(shape, at, findings)
+
+
+def _is_clearly_a_triangle(v0, v1, v2):
+    """Return whether a triangle is far from being dropped, as nearly all of a hundred thousand are: without a root."""
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = v0, v1, v2
+    reach = max(ax, ay, az, bx, by, bz, cx, cy, cz, -ax, -ay, -az, -bx, -by, -bz, -cx, -cy, -cz)
+    bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+    across = max(abs(by * cz - bz * cy), abs(bz * cx - bx * cz), abs(bx * cy - by * cx))
+    return across > CLEARLY * reach * reach
+
+
+def _check_thin_triangle(shape, at, findings):
     e1, e2, e3 = subtract(shape.v1, shape.v0), subtract(shape.v2, shape.v0), subtract(shape.v2, shape.v1)
     longest = max(length(e1), length(e2), length(e3))
     resolution = FLAT * max(map(abs, shape.v0 + shape.v1 + shape.v2))

@@ -14,6 +14,9 @@ from renderer.core.vectors import dot, frame, length, subtract, unit
 from renderer.scene import schema
 
 RIM_POINTS = 360  # exact to (pi / 360)^2 / 2 = 4e-5 of the radius
+CLOSED = ("sphere", "cylinder", "box", "convex")
+FEW = 64  # refractive shapes: below, trying all takes less than importing numpy
+WIDE_SLACK = 1e-4  # of bounds, relative: nothing that `encloses` takes by points on rims may be passed over
 SLACK = 1e-9  # relative; a shape that touches its container from inside counts as contained
 
 
@@ -38,8 +41,59 @@ def encloses(shape, points, ball=0.0):
     return False
 
 
+def exterior_indices(shapes):
+    """Return the index of refraction around each shape of a scene; 1 for those that do not refract.
+
+    Of a few refractive shapes all are tried; of many only those whose bounds hold the bounds of the shape inside.
+    """
+    glass = [shape for shape in shapes if shape.material.isrefractive]
+    around = _containers(glass) if len(glass) > FEW else {id(shape): glass for shape in glass}
+    return [exterior_index(shape, around[id(shape)]) if id(shape) in around else 1.0 for shape in shapes]
+
+
+def _containers(shapes):
+    """Return {id of a shape: the shapes whose bounding boxes hold its own}, for shapes that have others around them."""
+    import numpy as np
+
+    closed = [shape for shape in shapes if shape.type in CLOSED]
+    if not closed:
+        return {}
+    low, high = np.array([_bounds(shape) for shape in closed]).transpose(1, 0, 2)
+    slack = WIDE_SLACK * (1 + np.maximum(np.abs(low), np.abs(high)).max(1, keepdims=True))
+    with np.errstate(invalid="ignore"):
+        outer_low, outer_high = low - slack, high + slack
+    unknown = ~np.isfinite(low).all(1)
+    outer_low[unknown], outer_high[unknown] = -np.inf, np.inf
+    order = np.argsort(outer_low[:, 0], kind="stable")
+    outer_low, outer_high = outer_low[order], outer_high[order]
+    before = np.searchsorted(outer_low[:, 0], low[:, 0], side="right")  # only these begin far enough to the left
+    found = {}
+    for number, shape in enumerate(closed):
+        count = before[number]
+        wide = np.flatnonzero(outer_high[:count, 0] >= high[number, 0])
+        holds = (outer_low[wide] <= low[number]).all(1) & (outer_high[wide] >= high[number]).all(1)
+        if np.count_nonzero(holds) > 1:  # its own box is always among them
+            found[id(shape)] = [closed[index] for index in order[wide[holds]]]
+    return found
+
+
+def _bounds(shape):
+    """Return the corners with the least and with the greatest coordinates of a closed shape.
+
+    Half-spaces may have no bounds; they get those of nothing, which lie in all others.
+    """
+    if isinstance(shape, schema.Convex) and shape.halfspaces is not None:
+        return [math.inf] * 3, [-math.inf] * 3
+    if isinstance(shape, schema.Cylinder):  # its rims are many points
+        axis = unit(shape.axis)
+        reach = [shape.height * abs(a) + shape.radius * math.sqrt(max(0.0, 1 - a * a)) for a in axis]
+        return [c - r for c, r in zip(shape.center, reach)], [c + r for c, r in zip(shape.center, reach)]
+    points, ball = _extreme_points(shape)
+    return [min(axis) - ball for axis in zip(*points)], [max(axis) + ball for axis in zip(*points)]
+
+
 def exterior_index(shape, shapes):
-    """Return the index of refraction around a refractive shape; `shapes` are all shapes of the scene.
+    """Return the index of refraction around a refractive shape; `shapes` are all that may be around it.
 
     Of two that contain each other (equal ones) neither is the smaller, so neither surrounds the other.
     """

@@ -41,6 +41,13 @@ class Node:
             odd = listed(sorted(state.keys() ^ self.keys.keys()))
             raise TypeError(f"{type(self).__name__}: missing or unknown: {odd}")
 
+    @classmethod
+    def complete(cls, state):
+        """Return the record of a dictionary with all keys, which becomes the record's own."""
+        made = cls.__new__(cls)
+        object.__setattr__(made, "__dict__", state)
+        return made
+
     def __setattr__(self, name, value):
         raise dataclasses.FrozenInstanceError(f"cannot assign to {name}")
 

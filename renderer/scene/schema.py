@@ -80,7 +80,7 @@ class Material(Node):
     scaleV: float = key(POSITIVE, "repetitions of the texture along v", default=1.0)
 
 
-MATERIAL = Record(Material)
+MATERIAL = Record(Material, shared=True)
 PLAIN = Material()
 
 

@@ -9,7 +9,7 @@ from renderer.core.rows import Rows
 from renderer.io.image import read_texture
 from renderer.lights import KINDS as LIGHTS
 from renderer.scene.compiled import NOT_TEXTURED, CompiledScene, LightGroup, ShapeGroup
-from renderer.scene.media import exterior_index
+from renderer.scene.media import exterior_indices
 from renderer.shapes import KINDS as SHAPES
 from renderer.textures.bitmap import Atlas, Image
 from renderer.textures.checkerboard import Checkerboards
@@ -28,7 +28,7 @@ def compile_scene(loaded):
         shapes=tuple(_shape_groups(shapes)),
         lights=tuple(_light_groups(world.lightsources)),
         world=Rows([[*world.backgroundcolor, *world.ambientlight]]),
-        materials=Rows([_material(shape, shapes) for shape in shapes]) if shapes else None,
+        materials=Rows([*map(_material, shapes, exterior_indices(shapes))]) if shapes else None,
         file_indices=Rows([[index] for index, _ in ordered], UInt32) if shapes else None,
         texture_rows=texture_rows,
         textures=textures,
@@ -59,11 +59,11 @@ def _light_groups(lights):
         yield LightGroup(kind, Rows([kind.pack(light) for light in lights if light.type == name]))
 
 
-def _material(shape, shapes):
-    """Return the record of a shape's material, in the columns of compiled.py."""
+def _material(shape, exterior):
+    """Return the record of a shape's material, in the columns of compiled.py; `exterior` is the index around it."""
     m = shape.material
     share = m.reflectivity if m.isreflective or m.isrefractive else 0.0
-    eta = m.refractiveindex / exterior_index(shape, shapes) if m.isrefractive else 1.0
+    eta = m.refractiveindex / exterior if m.isrefractive else 1.0
     specular = [m.ks * component for component in m.specularcolor]
     squares = 1.0 if m.texture is None or isinstance(m.texture, str) else m.texture.scale
     scale = (m.scaleU * squares, m.scaleV * squares)

@@ -2,11 +2,15 @@
 
 A kind's `read(value, at, findings)` returns the checked value and appends a `Finding` for every mistake; it never
 raises, so that one reading reports them all. `at` is a linked path `(parent path, key)` that costs one small tuple
-on the way down and is spelt out only when there is something to report. This is our own because the usual validation
+on the way down and is spelt out only when there is something to report. Files of a hundred thousand shapes are read
+by `quick`, which returns NOTHING for whatever is worth a finding, however small, and leaves that to `explained`:
+each kind has its rule once, in `quick`. This is our own because the usual validation
 libraries take a third of the time that a whole picture may take only to be imported.
 """
 
 from __future__ import annotations
+
+import marshal
 
 from renderer.scene.findings import (
     AT_KEY, AT_PARENT, ERROR, IGNORED, NOTHING, Finding, listed, nearest, quoted,
@@ -14,19 +18,31 @@ from renderer.scene.findings import (
 
 # float32 holds up to 3.4e38 and loses precision below 1.2e-38; rays are intersected with squares of lengths.
 LARGEST, SMALLEST = 1e18, 1e-18
+MAX_SHARED = 4096  # different objects of one kind that are remembered
 
 
-class Number:
+class Kind:
+    """What may stand at a key: `quick(value)` returns it checked, `explained` what `quick` found no plain good value."""
+
+    def read(self, value, at, findings):
+        made = self.quick(value)
+        return self.explained(value, at, findings) if made is NOTHING else made
+
+
+class Number(Kind):
     """A real number with `low <= x <= high` (`low < x` and `x < high` where open)."""
 
     def __init__(self, low=-LARGEST, high=LARGEST, low_open=False, high_open=False):
         self.low, self.high, self.low_open, self.high_open = low, high, low_open, high_open
 
-    def read(self, value, at, findings):
+    def quick(self, value):
         kind = type(value)
         if (kind is float or kind is int) and self.low <= value <= self.high:
             if not (self.low_open and value < SMALLEST or self.high_open and value == self.high):
                 return float(value)
+        return NOTHING
+
+    def explained(self, value, at, findings):
         findings.append(Finding(at, self._complaint(value), value))
         return None
 
@@ -62,19 +78,22 @@ class Number:
         return {"type": "number", **bounds}
 
 
-class Integer:
+class Integer(Kind):
     """A whole number from `low` to `high`; 8.0 counts as 8, because writers of JSON differ about it."""
 
     def __init__(self, low, high):
         self.low, self.high = low, high
 
-    def read(self, value, at, findings):
+    def quick(self, value):
         kind = type(value)
         if kind is int and self.low <= value <= self.high:
             return value
         if kind is float and self.low <= value <= self.high and value == int(value):
             return int(value)
-        numeric = kind is int or kind is float and value.is_integer()
+        return NOTHING
+
+    def explained(self, value, at, findings):
+        numeric = type(value) is int or type(value) is float and value.is_integer()
         wanted = self.range() if numeric else self.words()
         findings.append(Finding(at, f"must be {wanted}", value))
         return None
@@ -89,12 +108,13 @@ class Integer:
         return {"type": "integer", "minimum": self.low, "maximum": self.high}
 
 
-class Flag:
+class Flag(Kind):
     """true or false."""
 
-    def read(self, value, at, findings):
-        if value is True or value is False:
-            return value
+    def quick(self, value):
+        return value if value is True or value is False else NOTHING
+
+    def explained(self, value, at, findings):
         findings.append(Finding(at, "must be true or false", value))
         return None
 
@@ -105,16 +125,17 @@ class Flag:
         return {"type": "boolean"}
 
 
-class Choice:
+class Choice(Kind):
     """One of a few words; `what` names the family in messages."""
 
     def __init__(self, what, names):
         self.what, self.names = what, names
 
-    def read(self, value, at, findings):
+    def quick(self, value):
+        return value if type(value) is str and value in self.names else NOTHING
+
+    def explained(self, value, at, findings):
         if type(value) is str:
-            if value in self.names:
-                return value
             message = f"unknown {self.what} {quoted(value)}{nearest(value, self.names)}"
             findings.append(Finding(at, f"{message} (known: {listed(self.names)})"))
         else:
@@ -129,24 +150,31 @@ class Choice:
         return {"const": self.names[0]} if len(self.names) == 1 else {"enum": list(self.names)}
 
 
-class Vector:
+class Vector(Kind):
     """`size` numbers of one kind; `what` says what they are together. Bounds of `item` must be closed ones."""
 
     def __init__(self, size, item, what):
         self.size, self.item, self.what = size, item, what
 
-    def read(self, value, at, findings):
+    def quick(self, value):
+        if type(value) is not list and type(value) is not tuple or len(value) != self.size:
+            return NOTHING
+        low, high, out = self.item.low, self.item.high, ()
+        for number in value:
+            if type(number) is not float:
+                if type(number) is not int:
+                    return NOTHING
+                number = float(number) if -LARGEST <= number <= LARGEST else LARGEST * 2
+            if not low <= number <= high:
+                return NOTHING
+            out += (number,)
+        return out
+
+    def explained(self, value, at, findings):
         if type(value) is not list and type(value) is not tuple or len(value) != self.size:
             findings.append(Finding(at, f"must be {self.words()}", value))
             return None
-        low, high, out = self.item.low, self.item.high, []
-        for index, number in enumerate(value):
-            kind = type(number)
-            if (kind is float or kind is int) and low <= number <= high:
-                out.append(float(number))
-            else:
-                self.item.read(number, (at, index), findings)
-        return tuple(out)
+        return tuple(self.item.read(number, (at, index), findings) for index, number in enumerate(value))
 
     def words(self):
         inner = self.item.range()
@@ -156,13 +184,19 @@ class Vector:
         return {"type": "array", "items": self.item.json_schema(), "minItems": self.size, "maxItems": self.size}
 
 
-class Rows:
+class Rows(Kind):
     """A list of any length from `least` on, of items of one kind."""
 
     def __init__(self, item, what, least=0):
         self.item, self.what, self.least = item, what, least
 
-    def read(self, value, at, findings):
+    def quick(self, value):
+        if type(value) is not list and type(value) is not tuple or len(value) < self.least:
+            return NOTHING
+        made = tuple(map(self.item.quick, value))
+        return NOTHING if NOTHING in made else made
+
+    def explained(self, value, at, findings):
         if type(value) is not list and type(value) is not tuple:
             findings.append(Finding(at, f"must be a list of {self.what}", value))
             return None
@@ -180,16 +214,53 @@ class Rows:
         return {"type": "array", "items": self.item.json_schema(), **least}
 
 
-class Record:
+class Record(Kind):
     """An object with the declared keys of `made`, a class decorated by `nodes.node`.
 
     partial: after a mistake, return a record with None for what is missing, so that the rest can still be checked.
+    shared: objects of equal text become one record, because files repeat them often.
     """
 
-    def __init__(self, made, partial=False):
-        self.node, self.partial = made, partial
+    def __init__(self, made, partial=False, shared=False):
+        self.node, self.partial, self._known = made, partial, {} if shared else None
+        self._quick = {name: key.kind.quick for name, key in made.keys.items()}
+        self._absent = {name: value for name, value in made.defaults.items() if not made.keys[name].required}
+
+    def quick(self, value):
+        if self._known is None:
+            return self._made(value)
+        try:
+            text = marshal.dumps(value, 2)  # tells 1 from 1.0 and true, as comparing does not
+        except ValueError:  # something that is not in JSON files
+            return self._made(value)
+        found = self._known.get(text)
+        if found is None:
+            found = self._made(value)
+            if found is not NOTHING:
+                if len(self._known) >= MAX_SHARED:
+                    self._known.clear()
+                self._known[text] = found
+        return found
+
+    def _made(self, value):
+        """Return the record of an object without any mistake or unknown key; else NOTHING."""
+        if type(value) is not dict:
+            return NOTHING
+        quick, state = self._quick, self._absent.copy()
+        for name, item in value.items():
+            if name not in quick:
+                return NOTHING
+            made = quick[name](item)
+            if made is NOTHING:
+                return NOTHING
+            state[name] = made
+        return self.node.complete(state) if len(state) == len(quick) else NOTHING
 
     def read(self, value, at, findings):
+        # What is partial holds lists of most of the file: one mistake in them must not have all of them read twice.
+        return self.explained(value, at, findings) if self.partial else super().read(value, at, findings)
+
+    def explained(self, value, at, findings):
         if type(value) is not dict:
             findings.append(Finding(at, f"must be an object {{...}} with the keys of {self.words()}", value))
             return None
@@ -221,13 +292,17 @@ class Record:
         return {"$ref": f"#/$defs/{self.node.__name__}"}
 
 
-class OneOf:
+class OneOf(Kind):
     """An object whose `type` names one of several records; `what` names the family in messages."""
 
     def __init__(self, what, kinds):
         self.what, self.kinds = what, kinds
 
-    def read(self, value, at, findings):
+    def quick(self, value):
+        name = value.get("type") if type(value) is dict else None
+        return self.kinds[name].quick(value) if type(name) is str and name in self.kinds else NOTHING
+
+    def explained(self, value, at, findings):
         if type(value) is not dict:
             findings.append(Finding(at, f"must be a {self.what}: an object {{...}}", value))
             return None
@@ -253,17 +328,20 @@ class OneOf:
         return {"oneOf": [record.json_schema() for record in self.kinds.values()]}
 
 
-class TextureSource:
+class TextureSource(Kind):
     """A file name, a record by type, or null for none."""
 
     def __init__(self, kinds):
         self.kinds = kinds
 
-    def read(self, value, at, findings):
+    def quick(self, value):
+        if type(value) is dict:
+            return self.kinds.quick(value)
+        return value if value is None or type(value) is str and value and "\0" not in value else NOTHING
+
+    def explained(self, value, at, findings):
         if type(value) is dict:
             return self.kinds.read(value, at, findings)
-        if value is None or type(value) is str and value and "\0" not in value:
-            return value
         findings.append(Finding(at, f"must be {self.words()}", value))
         return None
 
