@@ -11,7 +11,7 @@ from renderer.scene import reference, schema
 from renderer.scene.loader import from_dict
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-SCENES = sorted((DOCS.parent / "scenes").rglob("*.json"))
+SCENES = sorted(path for path in (DOCS.parent / "scenes").rglob("*.json") if path.parent.name != "meshes")
 
 
 @pytest.mark.parametrize(("name", "made"), [

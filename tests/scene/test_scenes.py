@@ -9,7 +9,7 @@ from renderer.scene import schema
 from renderer.scene.loader import load, override
 
 FOLDER = Path(__file__).resolve().parents[2] / "scenes"
-SCENES = sorted(FOLDER.rglob("*.json"))
+SCENES = sorted(path for path in FOLDER.rglob("*.json") if path.parent.name != "meshes")
 FEATURES = sorted(FOLDER.glob("features/*.json"))
 COURSEWORK = ("binary_primitives", "simple_phong", "mirror_image", "scene")
 
