@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.accel.boxes import union
-from renderer.core.backend import UInt32, Vector3f
+from renderer.core.backend import Bool, UInt32, Vector3f
 
 
 @dataclass
@@ -39,8 +39,11 @@ class BinaryTree:
         return dr.gather(Vector3f, self.lo, node, active), dr.gather(Vector3f, self.hi, node, active)
 
 
-def levels(tree):
-    """Return the inner nodes as a list of UInt32 arrays, those of one depth each, from the root on."""
+def levels(tree, within=None):
+    """Return the inner nodes as a list of UInt32 arrays, those of one depth each, from the root on.
+
+    `within` (Bool of all nodes) leaves out the subtrees of nodes where it is false.
+    """
     level, found = dr.full(UInt32, tree.root, 1), []
     dr.make_opaque(level)
     while len(level):
@@ -49,6 +52,8 @@ def levels(tree):
         node = dr.gather(UInt32, level, place >> 1)
         child = dr.gather(UInt32, tree.child, 2 * (node - tree.leaf_count) + (place & 1))
         inner = child >= tree.leaf_count
+        if within is not None:
+            inner &= dr.gather(Bool, within, child)
         dr.eval(child, inner)
         level = dr.gather(UInt32, child, dr.compress(inner))
         dr.eval(level)
@@ -56,7 +61,7 @@ def levels(tree):
 
 
 def refit(tree, by_depth):
-    """Make the boxes of all inner nodes just as large as their children need, given `levels(tree)`."""
+    """Make the boxes of inner nodes just as large as their children need, given `levels(tree)`."""
     for level in reversed(by_depth):
         left, right = tree.children(level)
         lo, hi = union(*tree.box(left), *tree.box(right))

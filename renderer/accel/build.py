@@ -16,7 +16,7 @@ from renderer.accel.reinsert import reinsert
 from renderer.core.backend import UInt32, Vector3f
 
 MAX_DEPTH = 64  # levels of inner nodes, whatever the boxes
-ROUNDS = 3  # of reinsertion
+ROUNDS = 4  # of reinsertion
 
 
 @dataclass(frozen=True)
