@@ -97,8 +97,8 @@ def _check_numbers(rows, what):
     if not good.all():
         row = int(np.argwhere(~good)[0][0])
         told = ", ".join(f"{float(number):g}" for number in rows[row])
-        raise Malformed(f"the {what} of vertex {row} is ({told}); its numbers must be finite, and at most {LARGEST:g} in "
-                        "size, because their squares must fit a 32-bit float")
+        raise Malformed(f"the {what} of vertex {row} is ({told}); its numbers must be finite, and at most {LARGEST:g} "
+                        "in size, because their squares must fit a 32-bit float")
 
 
 def _refuse(path, message, line=0, column=0):

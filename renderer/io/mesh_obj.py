@@ -209,8 +209,8 @@ def _numbers(word, words, number, line):
         except ValueError:
             value = None
         if value is None or not abs(value) <= LARGEST:
-            raise _wrong(f"{word.decode()} must be followed by finite numbers, at most {LARGEST:g} in size", place, number,
-                         line)
+            told = f"{word.decode()} must be followed by finite numbers, at most {LARGEST:g} in size"
+            raise _wrong(told, place, number, line)
         numbers.append(value)
     return (numbers + [0.0])[: KEPT[word]]
 
@@ -237,7 +237,8 @@ def _check_range(index, word, size, counts, places):
     wrong = np.flatnonzero(index >= size)
     if len(wrong):
         face = int(np.searchsorted(np.cumsum(counts), wrong[0], side="right"))
-        raise Malformed(f"this face names {word.decode()} {index[wrong[0]] + 1}; the file has {size} of them", places[face], 1)
+        told = f"this face names {word.decode()} {index[wrong[0]] + 1}; the file has {size} of them"
+        raise Malformed(told, places[face], 1)
 
 
 def _wrong(message, place, number, line):

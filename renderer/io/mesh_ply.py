@@ -116,7 +116,8 @@ def _read_binary(data, header, face, corners):
             if element.name == "vertex":
                 columns = [rows[name] for name in rows.dtype.names]
         else:
-            offset, found = _uniform(data, offset, element, order, wanted) or _walked(data, offset, element, order, wanted)
+            place = data, offset, element, order, wanted
+            offset, found = _uniform(*place) or _walked(*place)
             counts, indices = found if element is face else (counts, indices)
     if data[offset:].strip(BLANK):
         raise Malformed(f"{len(data) - offset} bytes follow the last row that the header promises; its counts are too "

@@ -65,7 +65,8 @@ def read_header(data):
     while True:
         end = data.find(b"\n", place, LARGEST_HEADER)
         if end < 0:
-            raise Malformed(f"the header has no line 'end_header' among its first {min(len(data), LARGEST_HEADER)} bytes")
+            size = min(len(data), LARGEST_HEADER)
+            raise Malformed(f"the header has no line 'end_header' among its first {size} bytes")
         words, place, number = data[place:end].split(), end + 1, number + 1
         declared += words[:1] in ([b"element"], [b"property"])
         if declared > MOST_DECLARED:
@@ -86,8 +87,8 @@ def read_header(data):
             case [b"property", *rest]:
                 _add_property(rest, elements, number)
             case _:
-                raise Malformed(f"a header line must begin with format, comment, element, property or end_header and be "
-                                f"complete, found {shown(b' '.join(words))}", number, 1)
+                raise Malformed("a header line must begin with format, comment, element, property or end_header and "
+                                f"be complete, found {shown(b' '.join(words))}", number, 1)
     if file_format is None:
         raise Malformed(f"the header has no line 'format' ({', '.join(ORDERS)})")
     for element in elements:
@@ -117,12 +118,14 @@ def _add_property(words, elements, number):
         case [kind, name]:
             types = (kind,)
         case _:
-            raise Malformed("a property is declared as 'property type name' or 'property list type type name'", number, 1)
+            raise Malformed("a property is declared as 'property type name' or 'property list type type name'",
+                            number, 1)
     codes = [TYPES.get(word.decode("latin-1")) for word in types]
     if None in codes:
         raise Malformed(f"unknown type {shown(types[codes.index(None)])} (known: {', '.join(TYPES)})", number, 1)
     if len(codes) == 2 and codes[1][0] == "f":
-        raise Malformed(f"the length of list {shown(name)} must be a whole number, not a {count_type.decode()}", number, 1)
+        raise Malformed(f"the length of list {shown(name)} must be a whole number, not a {count_type.decode()}",
+                        number, 1)
     told = name.decode("latin-1")
     if any(prop.name == told for prop in elements[-1].properties):
         raise Malformed(f"property {shown(name)} is declared twice", number, 1)

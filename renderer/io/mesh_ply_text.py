@@ -164,7 +164,8 @@ def _length(words, where, element, least):
     """Return the next word as the length of a list."""
     number, line, column = _number(words, where, element, None)
     if not least <= number < 2**53 or number != int(number):
-        raise Malformed(f"the length of {where} must be a whole number of at least {least}, found {number:g}", line, column)
+        told = f"the length of {where} must be a whole number of at least {least}, found {number:g}"
+        raise Malformed(told, line, column)
     return int(number)
 
 
@@ -172,4 +173,5 @@ def _item(words, where, element, limit):
     """Take the next word as an item of a list; with `limit` it has to be an index below it."""
     number, line, column = _number(words, where, element, None)
     if limit is not None and (not 0 <= number < limit or number != int(number)):
-        raise Malformed(f"{where} must be the number of a vertex, between 0 and {limit - 1}, found {number:g}", line, column)
+        told = f"{where} must be the number of a vertex, between 0 and {limit - 1}, found {number:g}"
+        raise Malformed(told, line, column)

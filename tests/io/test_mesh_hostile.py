@@ -59,7 +59,8 @@ PLY = {  # what is wrong: (content, line or 0, what the message says)
     "property twice": (header("float y", "float x"), 5, "property 'x' is declared twice"),
     "element twice": (header("element face 1", "element vertex 1"), 7, "element 'vertex' is declared twice"),
     "no y and z": (header("property float y\nproperty float z\n", ""), 0, "no property y, z; it needs x, y and z"),
-    "no faces declared": (header("element face 1\nproperty list uchar int vertex_indices\n", "", ROWS), 0, "no element face"),
+    "no faces declared": (header("element face 1\nproperty list uchar int vertex_indices\n", "", ROWS), 0,
+                          "no element face"),
     "no vertices declared": (header("element vertex", "element point"), 0, "no element vertex"),
     "no corners": (header("vertex_indices", "corners"), 0, "no list property vertex_indices or vertex_index"),
     "corners that are no list": (header("list uchar int", "int"), 0, "vertex_indices of element face must be a list"),
@@ -67,8 +68,8 @@ PLY = {  # what is wrong: (content, line or 0, what the message says)
     "length that is a fraction": (header("uchar int", "double int"), 8, "must be a whole number, not a double"),
     "list of a vertex": (header("property float z", "property float z\nproperty list uchar int w"), 0, "list property"),
     "rows of nothing": (header("element vertex 4", "element nothing 9999999999\nelement vertex 4"), 0, "no properties"),
-    "thousands of properties": (header("property float z", "\n".join(f"property float p{i}" for i in range(2000))), 1003,
-                                "more than 1000"),
+    "thousands of properties": (
+        header("property float z", "\n".join(f"property float p{i}" for i in range(2000))), 1003, "more than 1000"),
     "negative count": (header("vertex 4", "vertex -4"), 3, "whole number of at least 0, found '-4'"),
     "fractional count": (header("vertex 4", "vertex 4.5"), 3, "found '4.5'"),
     "enormous count": (header("vertex 4", "vertex 9" + "9" * 5000), 3, "found '9999"),
@@ -78,16 +79,16 @@ PLY = {  # what is wrong: (content, line or 0, what the message says)
     # counts that lie
     "count too large": (text_ply(ROWS + "3 0 1 2\n", v=4_000_000_000), 0, "promises 4000000000 rows"),
     "binary count too large": (binary_ply(POINTS + TRIANGLE, v=4_000_000_000), 0,
-                               "promises 4000000000 rows of element vertex, which take at least 48000000000 bytes; only 61"),
+                               "promises 4000000000 rows of element vertex, which take at least 48000000000 bytes"),
     "binary face count too large": (binary_ply(POINTS + TRIANGLE, f=10**17), 0, "only 13 bytes are left"),
     "face count too large": (text_ply(ROWS + "3 0 1 2\n", f=10**17), 0, "ends before property vertex_indices in row 1"),
-    "face count one too large": (binary_ply(POINTS + TRIANGLE + QUAD, f=3), 0, "the file ends in row 2 of element face"),
+    "face count one too large": (binary_ply(POINTS + TRIANGLE + QUAD, f=3), 0, "file ends in row 2 of element face"),
     "count too small": (text_ply(ROWS + "3 0 1 2\n", v=3), 13, "the length of property vertex_indices in row 0"),
     "face count too small": (text_ply(ROWS + "3 0 1 2\n3 0 1 2\n"), 15, "ends before '3'; its counts are too small"),
     "binary count too small": (binary_ply(POINTS + TRIANGLE * 2), 0, "13 bytes follow the last row"),
-    "truncated": (text_ply("0 0 0\n1 0 0\n0 1 0\n1 1"), 0, "the file ends before property z in row 3 of element vertex"),
+    "truncated": (text_ply("0 0 0\n1 0 0\n0 1 0\n1 1"), 0, "ends before property z in row 3 of element vertex"),
     "binary truncated in a vertex": (binary_ply(POINTS[:-1]), 0, "only 47 bytes are left"),
-    "binary truncated in a face": (binary_ply(POINTS + TRIANGLE[:-1]), 0, "announces a list of 3 numbers; 11 bytes are"),
+    "binary truncated in a face": (binary_ply(POINTS + TRIANGLE[:-1]), 0, "announces a list of 3 numbers; 11 bytes"),
     "list length lies": (text_ply(ROWS + "200 0 1 2\n"), 0, "file ends before property vertex_indices in row 0"),
     "list length is enormous": (text_ply(ROWS + "1e300 0 1 2\n"), 14, "length of property vertex_indices"),
     "list length is negative": (text_ply(ROWS + "-3 0 1 2\n"), 14, "at least 3, found -3"),
@@ -103,7 +104,8 @@ PLY = {  # what is wrong: (content, line or 0, what the message says)
     "nan": (text_ply("0 0 0\n1 0 nan\n0 1 0\n1 1 0\n3 0 1 2\n"), 11, "must be a finite number"),
     "infinity": (text_ply("0 0 0\n1 -inf 0\n0 1 0\n1 1 0\n3 0 1 2\n"), 11, "property y in row 1 of element vertex"),
     "beyond": (text_ply("0 0 0\n1 1e19 0\n0 1 0\n1 1 0\n3 0 1 2\n"), 11, "at most 1e+18 in size, found '1e19'"),
-    "binary nan": (binary_ply(struct.pack("<f", np.nan) + POINTS[4:] + TRIANGLE), 0, "the position of vertex 0 is (nan, 0, 0)"),
+    "binary nan": (binary_ply(struct.pack("<f", np.nan) + POINTS[4:] + TRIANGLE), 0,
+                   "the position of vertex 0 is (nan, 0, 0)"),
     "binary infinity": (binary_ply(POINTS[:-4] + struct.pack("<f", np.inf) + TRIANGLE), 0, "vertex 3 is (1, 1, inf)"),
     "index out of range": (text_ply(ROWS + "3 0 1 4\n"), 14, "between 0 and 3, found 4"),
     "negative index": (text_ply(ROWS + "3 0 1 -1\n"), 14, "between 0 and 3, found -1"),
@@ -114,7 +116,8 @@ PLY = {  # what is wrong: (content, line or 0, what the message says)
     "binary negative index": (binary_ply(POINTS + struct.pack("<B3i", 3, 0, 1, -1)), 0, "names vertex -1"),
     "two corners": (text_ply(ROWS + "2 0 1\n"), 14, "at least 3, found 2"),
     "binary two corners": (binary_ply(POINTS + struct.pack("<B2i", 2, 0, 1)), 0, "face 0 has 2 corners"),
-    "binary two corners later": (binary_ply(POINTS + TRIANGLE + struct.pack("<B2i", 2, 0, 1), f=2), 0, "face 1 has 2 corners"),
+    "binary two corners later": (binary_ply(POINTS + TRIANGLE + struct.pack("<B2i", 2, 0, 1), f=2), 0,
+                                 "face 1 has 2 corners"),
     "no corner": (binary_ply(POINTS + b"\0"), 0, "face 0 has 0 corners; it must have at least 3"),
 }
 
@@ -213,8 +216,10 @@ def test_unusual_files_are_told(tmp_path):
     assert len(read_mesh(tmp_path / "upper.PLY").faces) == 3
 
 
-@pytest.mark.parametrize("trouble, said", [(PermissionError(13, "Permission denied"), "cannot be read: Permission denied"),
-                                           (MemoryError(), "not enough memory for this mesh (0 MiB)")])
+@pytest.mark.parametrize("trouble, said", [
+    (PermissionError(13, "Permission denied"), "cannot be read: Permission denied"),
+    (MemoryError(), "not enough memory for this mesh (0 MiB)"),
+])
 def test_trouble_of_the_system_is_told(tmp_path, monkeypatch, trouble, said):
     """No permission, no memory: an error with the file's name."""
     path = tmp_path / "mesh.obj"
@@ -237,8 +242,10 @@ def test_file_beyond_the_limit_is_not_read(tmp_path, monkeypatch):
     assert "that is no mesh file" in problem(tmp_path / "mesh.ply").message
 
 
-@pytest.mark.parametrize("extension, content", [(".ply", GOOD_TEXT.replace(b"ply\n", b"ply\ncomment \xff\xfe\xe9\n", 1)),
-                                                (".obj", b"# \xff\xfe\xe9\no \xff\n" + GOOD_OBJ)])
+@pytest.mark.parametrize("extension, content", [
+    (".ply", GOOD_TEXT.replace(b"ply\n", b"ply\ncomment \xff\xfe\xe9\n", 1)),
+    (".obj", b"# \xff\xfe\xe9\no \xff\n" + GOOD_OBJ),
+])
 def test_comments_may_be_in_any_encoding(tmp_path, extension, content):
     """Only numbers and keywords are looked at."""
     (tmp_path / f"mesh{extension}").write_bytes(content)
@@ -257,17 +264,19 @@ def test_mistake_in_either_byte_order(tmp_path, order, index):
 
 BINARY_WITH_ALL = (
     b"ply\nformat binary_big_endian 1.0\nelement camera 1\nproperty list short double w\nelement vertex 4\n"
-    b"property double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float nz\n"
-    b"property float s\nproperty float t\nelement face 2\nproperty list uchar float texcoord\n"
+    b"property double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float ny\n"
+    b"property float nz\nproperty float s\nproperty float t\nelement face 2\nproperty list uchar float texcoord\n"
     b"property list int uint vertex_index\nproperty uchar flag\nend_header\n"
     + struct.pack(">h2d", 2, 1.0, 2.0)
     + b"".join(struct.pack(">3d5f", *map(float, row.split()), 0, 0, 1, 0.5, 0.5) for row in ROWS.splitlines())
     + struct.pack(">B2fi3IB", 2, 0.0, 1.0, 3, 0, 1, 2, 9) + struct.pack(">Bi4IB", 0, 4, 0, 1, 3, 2, 9))
 GOOD = [(".ply", GOOD_TEXT), (".ply", GOOD_BINARY), (".ply", BINARY_WITH_ALL), (".obj", GOOD_OBJ),
         (".obj", (V + "f 1 2 3\nf 2 3 4\n").encode())]
-WORDS = [b"nan", b"-1", b"1e999", b"4000000000", b"0", b"", b" ", b"\n", b"/", b"//", b"\\\n", b"#", b"3.5", b"\xff", b"f ",
-         b"v ", b"list", b"element", b"property", b"end_header\n", b"uchar", b"double", b"binary_little_endian", b"\0", b"_"]
-DAMAGE = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 8), st.sampled_from(WORDS) | st.binary(max_size=6)), max_size=4)
+WORDS = [b"nan", b"-1", b"1e999", b"4000000000", b"0", b"", b" ", b"\n", b"/", b"//", b"\\\n", b"#", b"3.5", b"\xff",
+         b"f ", b"v ", b"list", b"element", b"property", b"end_header\n", b"uchar", b"double", b"binary_little_endian",
+         b"\0", b"_"]
+PUT = st.sampled_from(WORDS) | st.binary(max_size=6)
+DAMAGE = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 8), PUT), max_size=4)  # where, how much goes, what comes
 
 
 @settings(max_examples=400, deadline=None)

@@ -12,7 +12,8 @@ from tools import teapot
 MESHES = Path(__file__).resolve().parents[2] / "scenes" / "meshes"
 DATA = json.loads((MESHES / "teapot.json").read_text(encoding="utf-8"))
 LOW, HIGH = (-3, 0, -2), (3.4338, 3.15, 2)  # of the surface: handle to spout, height, width of the body
-RIMS = 4 * (1 + 1) + 2 * 4  # edges of patches that no other patch has: mouth and lid all round, two tubes of two at each end
+# Edges of patches that no other patch has: the mouth's and the lid's, four each, and two at each end of two tubes.
+RIMS = 4 + 4 + 2 * 2 * 2
 
 
 def mesh(divisions):
@@ -65,7 +66,7 @@ def test_edges_have_two_triangles_except_at_the_rims(divisions):
 
 
 def test_normals_are_unit_and_agree_with_the_triangles():
-    """In a fine mesh, the analytic normal of a vertex is near those of its triangles, the poles of lid and bottom included."""
+    """In a fine mesh, a vertex's normal is near those of its triangles, the poles of lid and bottom included."""
     vertices, faces, normals, _ = mesh(40)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-12)
     e1, e2 = (vertices[faces[:, i]] - vertices[faces[:, 0]] for i in (1, 2))
