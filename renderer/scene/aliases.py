@@ -8,6 +8,7 @@ something unknown was found come here. The tables below are also the alias table
 from __future__ import annotations
 
 from renderer.scene import schema
+from renderer.scene.aliases_mesh import MESH_FILES, MeshSpellings, folded, is_vector
 from renderer.scene.findings import AT_KEY, ERROR, NOTE, NOTHING, WARNING, Finding, linked, nearest, quoted
 
 # Besides these, a key that differs from ours only in case, blanks, hyphens or underscores is understood.
@@ -52,9 +53,9 @@ LIGHTS_LEFT_OUT = dict.fromkeys(("arealight", "area"), "area lights are not rend
     "directional": "directional lights are not rendered by this version",
     "spot": "spot lights are not rendered by this version", "spotlight": "spot lights are not rendered by this version",
 } | dict.fromkeys(("environment", "envmap"), "environment images are not rendered by this version")
-SHAPES_LEFT_OUT = dict.fromkeys(("mesh", "ply", "obj"), "meshes are not rendered by this version") | dict.fromkeys(
-    ("cubemap", "sphericalmap"), "environment images are not rendered by this version"
-) | {"medium": "participating media are not rendered by this version"}
+SHAPE_TYPES = {"ply": "mesh", "obj": "mesh"}
+SHAPES_LEFT_OUT = dict.fromkeys(("cubemap", "sphericalmap"), "environment images are not rendered by this version") | {
+    "medium": "participating media are not rendered by this version"}
 # What takes more than a new name, for the reference page: (where, spelling, what is understood).
 STRUCTURAL = (
     ("file", "lights, objects (no scene)", "scene.lightsources, scene.shapes"),
@@ -63,6 +64,9 @@ STRUCTURAL = (
     ("light", "intensity as one number", "the same in every channel, times color if that is given"),
     ("shape", "keys of a material", "moved into material"),
     ("shape", "position of a sphere", "center"),
+    ("shape `mesh`", ", ".join(MESH_FILES), "filename"),
+    ("shape `mesh`", "scale, euler, offset", "steps of transform: scale; rotate around x, y, z in degrees; translate"),
+    ("shape `mesh`", "texturescale", "material.scaleU and material.scaleV"),
     ("shape, beside type", "reflectivity > 0 without isreflective", "isreflective"),
     ("material", "transparency > 0", "isrefractive, with reflectivity = transparency"),
     ("material", "hasTexture false", "the texture is not used"),
@@ -70,11 +74,6 @@ STRUCTURAL = (
 )
 OWN = {"file": schema.Scene.keys, "camera": schema.Camera.keys, "scene": schema.World.keys,
        "light": schema.PointLight.keys, "material": schema.Material.keys}
-
-
-def folded(name):
-    """Return a spelling without case, blanks, hyphens and underscores."""
-    return name.lower().replace("_", "").replace("-", "").replace(" ", "")
 
 
 def translate(document, moved):
@@ -92,7 +91,7 @@ def replaced_mode(own, mode):
     return [Finding((None, "rendermode"), message, severity=WARNING)]
 
 
-class _Translation:
+class _Translation(MeshSpellings):
     """One walk over a document from the top down, so that every step knows where its values came from."""
 
     def __init__(self, document, moved):
@@ -168,7 +167,7 @@ class _Translation:
     def _camera(self, camera):
         path = ("camera",)
         towards, position = camera.get("look_at"), camera.get("position")
-        if "lookAt" not in camera and _is_vector(towards) and _is_vector(position):
+        if "lookAt" not in camera and is_vector(towards) and is_vector(position):
             self._move((path, camera), "look_at", (path, camera), "lookAt", "a direction: lookAt = position + look_at")
             camera["lookAt"] = [a + b for a, b in zip(position, towards, strict=True)]
         self._keys(camera, path, "camera", OWN["camera"])
@@ -186,7 +185,7 @@ class _Translation:
         for index, light in enumerate(_objects(world.get("lightsources"))):
             if light is not None:
                 self._light(light, ("scene", "lightsources", index))
-        self._list(world, "shapes", {}, SHAPES_LEFT_OUT, schema.SHAPE_KINDS)
+        self._list(world, "shapes", SHAPE_TYPES, SHAPES_LEFT_OUT, schema.SHAPE_KINDS)
         for index, shape in enumerate(_objects(world.get("shapes"))):
             if shape is not None:
                 self._shape(shape, ("scene", "shapes", index))
@@ -215,18 +214,18 @@ class _Translation:
     def _ambient(self, world, light, path):
         colour = light.get("intensity", light.get("color", light.get("ambientlight")))
         colour = [colour] * 3 if type(colour) in (int, float) else colour
-        if not _is_vector(colour):
+        if not is_vector(colour):
             self._note(path, "left out: an ambient light needs an intensity [r, g, b]", WARNING)
             return
         given = world.get("ambientlight", [0.0, 0.0, 0.0])
-        if _is_vector(given):
+        if is_vector(given):
             self._note(path, "understood this ambient light as scene.ambientlight")
             self.moved[("scene", "ambientlight")] = self._original(path)
             world["ambientlight"] = [a + b for a, b in zip(given, colour, strict=True)]
 
     def _light(self, light, path):
         strength, colour = light.get("intensity"), light.get("color")
-        if type(strength) in (int, float) and (colour is None or _is_vector(colour)):
+        if type(strength) in (int, float) and (colour is None or is_vector(colour)):
             self._note((*path, "intensity"), "understood one number as the same in every channel"
                                              + (", times color" if colour is not None else ""))
             light["intensity"] = [strength * channel for channel in light.pop("color", [1.0, 1.0, 1.0])]
@@ -237,6 +236,8 @@ class _Translation:
         if record is None:
             return
         own = record.node.keys
+        if shape["type"] == "mesh":
+            self._mesh(shape, path)
         self._keys(shape, path, "shape", own)
         if shape["type"] == "sphere" and "position" in shape and "center" not in shape:
             self._move((path, shape), "position", (path, shape), "center", None)
@@ -276,11 +277,6 @@ class _Translation:
             del material["transparency"]
             if share > 0:
                 material["isrefractive"], material["reflectivity"] = True, share
-
-
-def _is_vector(value):
-    """Return whether a value is a list of three numbers."""
-    return type(value) is list and len(value) == 3 and all(type(x) in (int, float) for x in value)
 
 
 def _objects(entries):

@@ -9,17 +9,19 @@ import os
 
 from renderer.core.hull import interior_point, scale_of, unit_halfspaces
 from renderer.core.vectors import cross, dot, length, subtract, unit
-from renderer.scene import schema
+from renderer.scene import schema, transform
 from renderer.scene.findings import NOTE, WARNING, Finding, linked, quoted
 from renderer.scene.loaded import resolve
 from renderer.scene.media import encloses
+from renderer.scene.values import LARGEST
 
 PARALLEL = 1e-6  # sine of the angle below which float32 cannot tell two directions apart reliably
 FLAT = 1e-7  # relative size (float32's resolution) below which an extent is nothing
 # Relative to the square of the largest coordinate. An edge is at most 2 sqrt(3) times that coordinate, so whatever is
 # dropped has a normal below 12 FLAT.
 CLEARLY = 12 * FLAT
-SHEETS = ("triangle", "plane")  # without an inside
+SHEETS = ("triangle", "plane", "mesh")  # without an inside
+FLAT_MATRIX = 1e-12  # volume of the box of a matrix's unit rows below which it is rounding of nothing
 RELAXATIONS = 64  # steps after which the search for an inner point becomes a linear programme
 
 
@@ -33,7 +35,7 @@ def check(description, directory, findings):
     world, kept = description.scene, []
     if world is None or world.shapes is None:
         return kept
-    textures, shapes_at = {}, linked(("scene", "shapes"))
+    textures, meshes, shapes_at = {}, {}, linked(("scene", "shapes"))
     for index, shape in enumerate(world.shapes):
         if shape is None:
             continue
@@ -42,9 +44,12 @@ def check(description, directory, findings):
         CHECKS[shape.type](shape, at, findings)
         if type(shape.material.texture) is str:
             textures.setdefault(shape.material.texture, ((at, "material"), "texture"))
+        if shape.type == "mesh":
+            meshes.setdefault(shape.filename, (at, "filename"))
         if len(findings) == before:
             kept.append((index, shape))
-    _check_textures(textures, directory, findings)
+    _check_files("texture", textures, directory, findings)
+    _check_files("mesh", meshes, directory, findings)
     _check_lights(description, kept, findings)
     if not kept and None not in world.shapes:
         why = "has no shapes" if not world.shapes else "has no shapes left that could be seen"
@@ -76,15 +81,15 @@ def _check_camera(camera, findings):
         findings.append(Finding((at, "upVector"), message))
 
 
-def _check_textures(textures, directory, findings):
-    """Find texture files that cannot be opened; `textures` has the first mention of each."""
-    for name, at in textures.items():
+def _check_files(what, names, directory, findings):
+    """Find files that cannot be opened; `names` has the first mention of each."""
+    for name, at in names.items():
         path = resolve(directory, name)
         if not os.path.isfile(path):
-            what = "is a directory" if os.path.isdir(path) else "no such file"
-            findings.append(Finding(at, f"texture {quoted(name)}: {what} (tried {_printable(path.absolute())})"))
+            why = "is a directory" if os.path.isdir(path) else "no such file"
+            findings.append(Finding(at, f"{what} {quoted(name)}: {why} (tried {_printable(path.absolute())})"))
         elif not os.access(path, os.R_OK):
-            findings.append(Finding(at, f"texture {quoted(name)}: may not be read ({_printable(path.absolute())})"))
+            findings.append(Finding(at, f"{what} {quoted(name)}: may not be read ({_printable(path.absolute())})"))
 
 
 def _printable(path):
@@ -162,11 +167,48 @@ def _check_box(shape, at, findings):
         findings.append(Finding(at, "dropped: this box has no volume, min equals max in an axis", severity=WARNING))
 
 
+def _gives_one(record, at, findings):
+    """Return whether exactly one of the record's alternative keys is given."""
+    names = schema.EXACTLY_ONE[type(record)]
+    given = [name for name in names if getattr(record, name) is not None]
+    if len(given) != 1:
+        told = f"{', '.join(names[:-1])} and {names[-1]}"
+        found = " and ".join(given) + " are" if given else "none is" if len(names) > 2 else "neither is"
+        findings.append(Finding(at, f"exactly one of {told} must be given, {found}"))
+    return len(given) == 1
+
+
+def _check_mesh(shape, at, findings):
+    """Find steps that say nothing or too much, and transformations that flatten or lose the mesh."""
+    before = len(findings)
+    for number, step in enumerate(shape.transform):
+        here = ((at, "transform"), number)
+        if not _gives_one(step, here, findings):
+            continue
+        if step.rotate is not None and not any(step.rotate.axis):
+            message = "must not be [0, 0, 0]: the rotation needs a direction"
+            findings.append(Finding(((here, "rotate"), "axis"), message))
+        if step.matrix is not None:
+            if step.matrix[12:] != (0.0, 0.0, 0.0, 1.0):
+                findings.append(Finding((here, "matrix"), "must end in 0, 0, 0, 1: perspective is no place for a mesh"))
+            elif _is_flat(step.matrix):
+                findings.append(Finding((here, "matrix"), "must be invertible: this one makes the mesh flat"))
+    if len(findings) == before and not all(abs(entry) <= LARGEST for row in transform.matrix(shape.transform)
+                                           for entry in row):  # NaN compares false
+        findings.append(Finding((at, "transform"), f"leads beyond {LARGEST:g} in size, because its steps multiply"))
+
+
+def _is_flat(matrix):
+    """Return whether a 4 x 4 matrix, row by row, leaves less than three dimensions in double precision."""
+    rows = [matrix[start : start + 3] for start in (0, 4, 8)]
+    sizes = [length(row) for row in rows]
+    return not all(sizes) or abs(dot(unit(rows[0]), cross(unit(rows[1]), unit(rows[2])))) <= FLAT_MATRIX
+
+
 def _check_convex(shape, at, findings):
-    if (shape.halfspaces is None) == (shape.vertices is None):
-        found = "neither is" if shape.vertices is None else "both are"
-        findings.append(Finding(at, f"exactly one of halfspaces and vertices must be given, {found}"))
-    elif shape.halfspaces is not None:
+    if not _gives_one(shape, at, findings):
+        return
+    if shape.halfspaces is not None:
         _check_halfspaces(shape.halfspaces, at, findings)
     elif not _is_solid(shape.vertices):
         findings.append(Finding(at, "dropped: this convex volume is empty, its vertices lie in one plane",
@@ -220,5 +262,5 @@ def _is_solid(vertices):
 
 CHECKS = {
     "sphere": _check_nothing, "cylinder": _check_cylinder, "triangle": _check_triangle,
-    "plane": _check_plane, "box": _check_box, "convex": _check_convex,
+    "plane": _check_plane, "box": _check_box, "convex": _check_convex, "mesh": _check_mesh,
 }

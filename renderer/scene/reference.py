@@ -12,10 +12,11 @@ from renderer.scene import aliases, schema
 
 RECORDS = (
     schema.Scene, schema.Camera, schema.World, schema.PointLight, schema.Sphere, schema.Cylinder, schema.Triangle,
-    schema.Plane, schema.Box, schema.Convex, schema.Material, schema.Checkerboard,
+    schema.Plane, schema.Box, schema.Convex, schema.Mesh, schema.Step, schema.Rotation, schema.Material,
+    schema.Checkerboard,
 )
 TITLES = {"Scene": "The file", "Camera": "`camera`", "World": "`scene`", "PointLight": "Light `pointlight`",
-          "Material": "`material`", "Checkerboard": "Texture `checkerboard`"}
+          "Step": "Step of a `transform`", "Rotation": "`rotate`", "Material": "`material`", "Checkerboard": "Texture `checkerboard`"}
 
 HEAD = """# The scene file
 
@@ -61,6 +62,10 @@ CONVENTIONS = """## Conventions
   first. A ray that runs out of bounces or hits nothing sees `backgroundcolor`.
 * **Nested glass.** The surface of a closed refractive shape separates its `refractiveindex` from that of the smallest
   closed refractive shape that wholly contains it, or from 1. An air bubble in glass is a shape of index 1 inside it.
+* **Meshes.** An OBJ or PLY file, ASCII or binary. Polygons are cut into fans of triangles, groups and objects make one
+  mesh, materials in the file are not read. Mistakes in a file are told with its line. A mesh is a sheet, as a triangle
+  is: it need not be closed, and it surrounds nothing. Transformation steps are applied in their order: `[{"scale": 2},
+  {"translate": [0, 1, 0]}]` doubles the mesh around the origin and then lifts it. See [meshes](meshes.md).
 * **Debug modes.** `depth` (distance along the ray, near is white), `normals` (0.5 + 0.5 n, outward), `uv` (fractions
   of u and v in red and green), `albedo` (diffuse colour or texture), `shapes` (a colour for each index in `shapes`).
 * **Exposure.** Radiance times `exposure` / 0.1 goes through the curve `tonemap`; `linear` clamps at 1. Binary and
@@ -75,6 +80,7 @@ CONVENTIONS = """## Conventions
   Cylinder, in the frame of its axis a: u = atan2(-d.b, d.t) / 2 pi mod 1, v = (height - d.a) / (2 height) on the side,
   and on the caps the distance from the axis over `radius`.
   Triangle: interpolated between `uv0`, `uv1` and `uv2`. Plane: u = (p - point).t, v = (p - point).b, in scene units.
+  Mesh: interpolated between those of the file's vertices; of OBJ files, whose v runs upwards, 1 - v is taken.
   Box: one whole texture a face; u runs along +z on the face at max.x and along -z at min.x, along -x at max.z and
   along +x on the others; v runs along -y on the sides, along -z on the top and along +z on the bottom. Convex: u = p.t, v = p.b in the frame of each facet's normal, in scene units.
 """
@@ -128,6 +134,7 @@ def _alias_table():
             for where, renames in aliases.RENAMED.items() for spelling, ours in renames.items()]
     rows += [("file", f"rendermode `{spelling}`", f"rendermode `{ours}`") for spelling, ours in aliases.MODES.items()]
     rows += [("light", f"type `{spelling}`", f"type `{ours}`") for spelling, ours in aliases.LIGHT_TYPES.items()]
+    rows += [("shape", f"type `{spelling}`", f"type `{ours}`") for spelling, ours in aliases.SHAPE_TYPES.items()]
     return _table(("where", "spelling", "understood as"), rows + list(aliases.STRUCTURAL))
 
 
@@ -175,8 +182,8 @@ def _definition(record):
         properties[name] = described
     made = {"description": record.__doc__, "type": "object", "properties": properties, "additionalProperties": False}
     required = [name for name, key in record.keys.items() if key.required]
-    if record is schema.Convex:
-        made["oneOf"] = [{"required": ["halfspaces"]}, {"required": ["vertices"]}]
+    if record in schema.EXACTLY_ONE:
+        made["oneOf"] = [{"required": [name]} for name in schema.EXACTLY_ONE[record]]
     return made | ({"required": required} if required else {})
 
 

@@ -7,8 +7,9 @@ Lengths are in scene units, angles in degrees, colours linear RGB; vectors are w
 
 from __future__ import annotations
 
+from renderer.scene.composed import OneOf, Record, Rows, TextureSource
 from renderer.scene.nodes import Node, key, node
-from renderer.scene.values import Choice, Flag, Integer, Number, OneOf, Record, Rows, TextureSource, Vector
+from renderer.scene.values import FILE_NAME, Choice, Factors, Flag, Integer, Number, Vector
 
 PHONG_MODES = ("binary", "phong")
 DEBUG_MODES = ("depth", "normals", "uv", "albedo", "shapes")
@@ -163,8 +164,51 @@ class Convex(Node):
     material: Material = material()
 
 
-Shape = Sphere | Cylinder | Triangle | Plane | Box | Convex
-SHAPE_KINDS = {made.__name__.lower(): Record(made) for made in (Sphere, Cylinder, Triangle, Plane, Box, Convex)}
+@node
+class Rotation(Node):
+    """A rotation around an axis through the origin, counterclockwise for who looks against the axis."""
+
+    axis: tuple = key(DIRECTION, "direction of the axis, of any length but 0")
+    angle: float = key(REAL, "angle", unit="degrees")
+
+
+@node
+class Step(Node):
+    """One step of a transformation: exactly one of these keys is given."""
+
+    translate: tuple | None = key(Vector(3, REAL, "an offset [x, y, z]"), "offset", default=None, unit=LENGTH)
+    scale: tuple | None = key(
+        Factors(REAL), "factor, or one for each axis; negative ones mirror, and turn the shape inside out",
+        default=None
+    )
+    rotate: Rotation | None = key(Record(Rotation), "rotation (see `rotate`)", default=None)
+    matrix: tuple | None = key(
+        Vector(16, REAL, "a 4 x 4 matrix"), "affine matrix for column vectors, row by row; it is invertible and its "
+        "last row is 0, 0, 0, 1", default=None
+    )
+
+
+@node
+class Mesh(Node):
+    """The triangles in an OBJ or PLY file, seen from both sides; uv is that of the file."""
+
+    type: str = kind("mesh")
+    filename: str = key(FILE_NAME, "OBJ or PLY file, relative to the scene file")
+    transform: tuple = key(
+        Rows(Record(Step), "transformation steps"), "steps (see Step) that bring the file's mesh to its place, in the "
+        "order in which they are applied", default=()
+    )
+    normals: str = key(
+        Choice("normals", ("file", "smooth", "flat")),
+        "`file`: the vertex normals of the file, flat where it has none; "
+        "`smooth`: computed, by angles between edges; `flat`: those of the triangles", default="file"
+    )
+    material: Material = material()
+
+
+Shape = Sphere | Cylinder | Triangle | Plane | Box | Convex | Mesh
+SHAPE_KINDS = {made.__name__.lower(): Record(made) for made in (Sphere, Cylinder, Triangle, Plane, Box, Convex, Mesh)}
+EXACTLY_ONE = {Convex: ("halfspaces", "vertices"), Step: ("translate", "scale", "rotate", "matrix")}  # of these keys
 
 
 @node

@@ -160,7 +160,7 @@ OTHER_LAYOUT = """{
     {"type": "point", "position": [0, 9, 0], "intensity": 0.5, "color": [1, 0.5, 0]}
   ],
   "objects": [
-    {"type": "mesh", "filename": "bunny.obj"},
+    {"type": "cubemap", "filename": "sky.png"},
     {"type": "sphere", "center": [0, 0, 9], "radius": 1, "color": [1, 0, 0], "reflectivity": 0.25,
      "transparency": 0, "refractive_index": 1.5},
     {"type": "sphere", "center": [0, 0, 9], "radius": 2, "color": [0, 0, 1], "reflectivity": 0, "transparency": 0.5}

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from renderer.core.errors import SceneError
-from renderer.scene import checks, schema, values
+from renderer.scene import checks, composed, schema
 from renderer.scene.findings import NOTHING
 from renderer.scene.loader import from_dict
 
@@ -28,7 +28,7 @@ def test_both_ways_read_the_same(monkeypatch, path):
     """On every scene that is here."""
     document, findings = json.loads(path.read_text()), []
     quickly = schema.SCENE.read(document, None, findings)
-    monkeypatch.setattr(values.Record, "_made", lambda record, value: NOTHING)
+    monkeypatch.setattr(composed.Record, "_made", lambda record, value: NOTHING)
     schema.MATERIAL._known.clear()
     assert schema.SCENE.read(document, None, findings) == quickly
     assert not findings
@@ -52,7 +52,7 @@ def test_values_that_compare_equal_are_told_apart(document, good, bad):
 
 def test_remembered_materials_do_not_pile_up(document, monkeypatch):
     """There is a bound on how many are kept from one file to the next."""
-    monkeypatch.setattr(values, "MAX_SHARED", 10)
+    monkeypatch.setattr(composed, "MAX_SHARED", 10)
     for number, shape in enumerate(many(document, 100)):
         shape["material"]["kd"] = number
     assert [shape.material.kd for _, shape in from_dict(document).shapes] == list(range(100))

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from renderer.core.errors import SceneError
-from renderer.scene import reference, schema, values
+from renderer.scene import composed, reference, schema, values
 from renderer.scene.loader import from_dict, load
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
@@ -29,11 +29,16 @@ def of(kind):
         return st.sampled_from(kind.names)
     if isinstance(kind, values.Vector):
         return st.lists(of(kind.item), min_size=kind.size, max_size=kind.size)
-    if isinstance(kind, values.Rows):
+    if isinstance(kind, values.Factors):
+        factor = st.floats(-1e3, 1e3).filter(lambda x: abs(x) >= 1e-3)
+        return factor | st.lists(factor, min_size=3, max_size=3)
+    if isinstance(kind, values.FileName):
+        return st.sampled_from(["teapot.ply", "mesh.obj"])
+    if isinstance(kind, composed.Rows):
         return st.lists(of(kind.item), min_size=kind.least, max_size=kind.least + 4)
-    if isinstance(kind, values.TextureSource):
+    if isinstance(kind, composed.TextureSource):
         return st.none() | of(kind.kinds)
-    if isinstance(kind, values.OneOf):
+    if isinstance(kind, composed.OneOf):
         return st.one_of([of(record) for record in kind.kinds.values()])
     return record(kind.node)
 
@@ -42,15 +47,17 @@ def record(made):
     """Return a strategy for documents of a record: its required keys and some of the others."""
     required = {name: of(key.kind) for name, key in made.keys.items() if key.required}
     optional = {name: of(key.kind) for name, key in made.keys.items() if not key.required}
-    if made is schema.Convex:
-        given_by = st.sampled_from(["halfspaces", "vertices"])
-        return given_by.flatmap(lambda name: st.fixed_dictionaries(
-            required | {name: optional[name]}, optional={"material": optional["material"]}))
+    if made in schema.EXACTLY_ONE:
+        names = schema.EXACTLY_ONE[made]
+        others = {name: kind for name, kind in optional.items() if name not in names}
+        return st.sampled_from(names).flatmap(
+            lambda name: st.fixed_dictionaries(required | {name: optional[name]}, optional=others))
     return st.fixed_dictionaries(required, optional=optional)
 
 
 SEMANTIC = ("must differ from position", "parallel", "must not be [0, 0, 0]", "must not have the normal",
-            "must not be greater than max", "dropped", "width times height")
+            "must not be greater than max", "dropped", "width times height", "mesh 'teapot.ply'",
+            "mesh 'mesh.obj'", "must end in 0, 0, 0, 1", "must be invertible", "leads beyond")
 
 
 @settings(max_examples=60, deadline=None)
