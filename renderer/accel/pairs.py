@@ -20,8 +20,8 @@ from renderer.accel.collapse import NO_PRIMITIVE
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
 
 NO_EDGE = 0xFFFFFFFF
-# Of a pair's box, in the sum of its triangles' boxes. Above 1 because a pair also saves a child of an inner node: from 1
-# to 2 the cost of Delaunay meshes' trees stays within 1 %, but 1.5 pairs 88 % of the triangles where 1 pairs 84 %.
+# Of a pair's box, in the sum of its triangles' boxes. Above 1 because a pair also saves a child of an inner node: the
+# cost of Delaunay meshes' trees stays within 1 % from 1 to 2, but 1.5 pairs 88 % of the triangles where 1 pairs 84 %.
 MOST_AREA = 1.5
 ROUNDS_BY_AREA, ROUNDS = 8, 24  # a random round pairs a fixed share of those left, by expectation
 NEVER = 3e38  # rank of a mate with which a triangle cannot be paired

@@ -117,6 +117,9 @@ def test_number_of_threads_does_not_matter():
 
 def test_kernels_do_not_depend_on_the_number_of_triangles():
     """What was compiled for small meshes also serves a larger one."""
+    if dr.flag(dr.JitFlag.Debug):
+        pytest.skip("Dr.Jit's checks write the sizes of arrays into the kernels")
+
     def kernels(rows):
         lanes = vectors(sphere(rows))
         dr.eval(lanes)
