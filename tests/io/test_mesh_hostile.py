@@ -152,6 +152,9 @@ OBJ = {
     "a fraction for a corner": ((V + "f 1 2 3.5\n").encode(), 5, "found '3.5'"),
     "too many slashes": ((V + "f 1 2 3/1/1/1\n").encode(), 5, "found '3/1/1/1'"),
     "a lost slash": ((V + "vt 0 0\nvn 0 0 1\nf 1/1 1/2/1/ 1 3/1/1\n").encode(), 7, "found '1/2/1/'"),
+    "a slash in another corner": (
+        (V + "vt 0 0\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/1/1\nf 1/1 1/2/2/1 3/1/1\n").encode(), 9,
+        "found '1/2/2/1'"),
     "two corners": ((V + "f 1 2 3\nf 1 2\n").encode(), 6, "at least 3 corners, not 2"),
     "two corners everywhere": ((V + "f 1 2\nf 1 2\n").encode(), 5, "at least 3 corners, not 2"),
     "no corner": ((V + "f\n").encode(), 5, "at least 3 corners, not 0"),

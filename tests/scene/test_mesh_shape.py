@@ -145,10 +145,11 @@ def test_placed_ply_is_understood(mesh_scene):
     """Scale first, then the angles around x, y and z, then the offset; the texture is repeated."""
     document, directory = mesh_scene()
     document["scene"]["shapes"] = [
-        {"type": "ply", "path": "a.obj", "offset": [1, 2, 3], "scale": 2, "euler": [90, 0, 90], "texturescale": 4}]
+        {"type": "ply", "path": "a.obj", "offset": [1, 2, 3], "scale": [2, 3, 4], "euler": [90, 0, 90],
+         "texturescale": 4}]
     shape = read(document, directory, strict=True)
-    # (1, 0, 0): doubled, around z to (0, 2, 0), moved; (0, 1, 0): doubled, around x to (0, 0, 2), moved
-    assert matrix(shape.transform) == ((0, 0, 2, 1), (2, 0, 0, 2), (0, 2, 0, 3), (0, 0, 0, 1))
+    # x, twice as long, turns around z to y; y, three times as long, around x to z; z around x to -y and around z to x
+    assert matrix(shape.transform) == ((0, 0, 4, 1), (2, 0, 0, 2), (0, 3, 0, 3), (0, 0, 0, 1))
     assert (shape.material.scaleU, shape.material.scaleV) == (4, 4)
     told = {note.key_path.rsplit(".")[-1]: note.message for note in from_dict(document, directory=directory).warnings}
     assert set(told) == {"type", "path", "offset", "scale", "euler", "texturescale"}
