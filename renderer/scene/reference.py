@@ -16,7 +16,8 @@ RECORDS = (
     schema.Checkerboard,
 )
 TITLES = {"Scene": "The file", "Camera": "`camera`", "World": "`scene`", "PointLight": "Light `pointlight`",
-          "Step": "Step of a `transform`", "Rotation": "`rotate`", "Material": "`material`", "Checkerboard": "Texture `checkerboard`"}
+          "Step": "Step of a `transform`", "Rotation": "`rotate`", "Material": "`material`",
+          "Checkerboard": "Texture `checkerboard`"}
 
 HEAD = """# The scene file
 
