@@ -121,8 +121,8 @@ def _best_moves(tree, links, candidates, weight, scale):
 def _first(tree, moves, rank):
     """Return which moves are the first in rank at all nodes that they touch."""
     owner = dr.full(UInt32, NONE, tree.node_count)
-    for node in moves.touched:
-        dr.scatter_reduce(dr.ReduceOp.Min, owner, rank, node)
+    for node in moves.touched:  # by default, Dr.Jit would compile a kernel for each number of nodes
+        dr.scatter_reduce(dr.ReduceOp.Min, owner, rank, node, mode=dr.ReduceMode.Direct)
     dr.eval(owner)
     first = dr.full(Bool, True, len(rank))
     for node in moves.touched:

@@ -120,6 +120,7 @@ def _visit(tree, subtree, now, climbs, scale):
     lo, hi = tree.box(now.node, here)
     larger_lo, larger_hi = union(now.path_lo, now.path_hi, lo, hi)
     gain = now.saved - half_area(*union(lo, hi, subtree.lo, subtree.hi), scale)
+    # beside its sibling the subtree is already, which rounding must not count as a gain
     better = here & (gain > now.best) & (now.node != subtree.sibling)
     best = dr.select(better, gain, now.best)
 

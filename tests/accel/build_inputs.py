@@ -1,4 +1,4 @@
-"""Boxes to build hierarchies over, what a hierarchy costs, and the yardstick: a plain builder that tries every split."""
+"""Boxes to build hierarchies over, what a hierarchy costs, and a plain builder that tries every split as yardstick."""
 
 import numpy as np
 

@@ -54,7 +54,8 @@ def random_boxes(count, seed=0):
 
 def assert_valid(tree, lo, hi, width):
     """Every primitive lies in one leaf, children are contiguous, and a parent is exactly as large as they need."""
-    first, count, primitive = (np.array(part).astype(int) for part in (tree.first_child, tree.child_count, tree.primitive))
+    parts = tree.first_child, tree.child_count, tree.primitive
+    first, count, primitive = (np.array(part).astype(int) for part in parts)
     tree_lo, tree_hi = np.array(tree.lo).T, np.array(tree.hi).T
     inner, leaf = np.flatnonzero(count), np.flatnonzero(count == 0)
     assert np.array_equal(np.sort(primitive[leaf]), np.arange(len(lo)))
@@ -125,6 +126,12 @@ def merging_work(name, monkeypatch):
 def test_merging_takes_linear_work(name, monkeypatch):
     """The lists of clusters shrink so fast that all together are no longer than a few of the first."""
     assert merging_work(name, monkeypatch) < ploc.LEAST_MERGED
+
+
+@pytest.mark.parametrize("name", ["all the same", "one point"])
+def test_equal_boxes_halve_in_number(name, monkeypatch):
+    """Equally near partners agree on each other: all pairs merge in every round."""
+    assert merging_work(name, monkeypatch) < 2.01
 
 
 def test_growing_spacing_needs_the_pairing_of_neighbours(monkeypatch):
