@@ -53,6 +53,8 @@ Float64 = _types.Float64
 Int32 = _types.Int32
 UInt8 = _types.UInt8
 UInt32 = _types.UInt32
+ArrayXf = _types.ArrayXf  # for gathers of whole records
+ArrayXu = _types.ArrayXu
 Vector2f = _types.Array2f
 Vector3f = _types.Array3f
 

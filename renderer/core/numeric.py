@@ -33,3 +33,9 @@ def greater(a, b):
 def safe_sqrt(x):
     """Return the square root of x clamped to 0 from below; NaN gives 0."""
     return dr.sqrt(greater(x, Float(0)))
+
+
+def widened(value, lanes):
+    """Return a value of any width with `lanes` lanes: loops take variables of one lane for constants."""
+    zero = dr.zeros(type(value), lanes)
+    return value | zero if dr.is_mask_v(value) else value + zero

@@ -51,3 +51,10 @@ class Surface:
     p: Vector3f  # on the surface to within rounding of p
     n_geo: Vector3f  # unit, outwards
     uv: Vector2f | None = None  # None where nobody asked
+    n_smooth: Vector3f | None = None  # unit, interpolated over a mesh; None where the scene has none of that
+    rounding: Float | None = None  # how far p may lie off a flat surface, scene units; None for 0 everywhere
+
+    @property
+    def n_shade(self):
+        """The normal to shade with."""
+        return self.n_geo if self.n_smooth is None else self.n_smooth

@@ -40,6 +40,10 @@ class Rows:
         """Return the record at a lane index that is only meaningful where `active`."""
         return Row(self, index, active)
 
+    def column(self, column):
+        """Return one column of all records, a lane each."""
+        return dr.gather(self._type, self._data, dr.arange(UInt32, self.count) * self.width + column)
+
     def read(self, index, column, active, masks):
         """Return one column of one record, or of one record a lane."""
         if isinstance(index, int) and isinstance(column, int):

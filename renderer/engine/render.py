@@ -14,6 +14,7 @@ from renderer.engine.loop import pixel_corner, sample_pixels
 from renderer.integrators import INTEGRATORS, first_hit
 from renderer.samplers.r2 import R2
 from renderer.scene.tables import compile_camera, compile_scene
+from renderer.scene.arrange import AUTO
 from renderer.scene.schema import DEBUG_MODES
 
 PASS_SECONDS = 0.5  # aim for the length of a pass: often enough for progress and Ctrl-C
@@ -71,16 +72,16 @@ class Rendering:
         return {name: lanes.numpy().reshape(self.height, self.width) for name, lanes in named.items()}
 
 
-def render(loaded, *, seed=0, progress=None):
+def render(loaded, *, seed=0, accel=AUTO, progress=None):
     """Return the Rendering of a LoadedScene.
 
-    `progress(done, total)` is called between passes with samples a pixel. Raises SceneError where a file that the
+    `accel` is one of arrange.STRUCTURES. `progress(done, total)` is called between passes with samples a pixel. Raises SceneError where a file that the
     scene names cannot be used.
     """
     description = loaded.description
     size = description.camera.width, description.camera.height
     start = time.perf_counter()
-    scene = compile_scene(loaded)
+    scene = compile_scene(loaded, accel)
     camera = compile_camera(description.camera)
     built = time.perf_counter()
 

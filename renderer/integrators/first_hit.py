@@ -49,7 +49,7 @@ def _uv(scene, hit, surface):
 
 def _albedo(scene, hit, surface):
     """Diffuse colour, from the texture where there is one."""
-    if not scene.shapes:
+    if scene.empty:
         return _named("Albedo.", "RGB", Vector3f(0), hit), Vector3f(0)
     colour = scene.diffuse_colour(hit, surface, scene.material(hit))
     return _named("Albedo.", "RGB", colour, hit), dr.select(hit.valid, colour, Vector3f(0))
@@ -57,9 +57,9 @@ def _albedo(scene, hit, surface):
 
 def _shapes(scene, hit, surface):
     """Index of the shape in the file; the picture gives each a colour of its own."""
-    if not scene.shapes:
+    if scene.empty:
         return {"Shape": hit.index}, Vector3f(0)
-    index = dr.select(hit.valid, scene.file_indices.row(hit.index, hit.valid)[0], NO_SHAPE)
+    index = dr.select(hit.valid, scene.file_index(hit), NO_SHAPE)
     turns = Vector3f(*((Float(index) + 1) * step for step in PALETTE_STEP))
     picture = 0.25 + 0.75 * (turns - dr.floor(turns))
     return {"Shape": index}, dr.select(hit.valid, picture, Vector3f(0))

@@ -19,7 +19,8 @@ from renderer.core.numeric import TINY, greater, lesser
 from renderer.core.records import NO_SHAPE, Ray
 from renderer.core.rows import repeat
 from renderer.integrators.base import register
-from renderer.scene.compiled import ETA, EXPONENT, GLASS, KD, SHARE, SPECULAR, leave
+from renderer.scene.compiled import ETA, EXPONENT, GLASS, KD, SHARE, SPECULAR
+from renderer.scene.geometry import leave
 from renderer.scene.schema import MAX_BOUNCES
 
 # One segment a level waits while its sibling is followed. The size is the same for every scene, and appears in the
@@ -74,13 +75,13 @@ class Phong:
         scene, now = self._scene, tree.now
         ray = Ray(now.o, now.d, now.left_index, now.left_inwards != 0) if scene.has_mirrors else Ray(now.o, now.d)
         hit = scene.intersect(ray)
-        if not scene.shapes:
+        if scene.empty:
             return now.weight * scene.background, Bool(False), tree
 
         surface = scene.surface(ray, hit, with_uv=bool(scene.textures))
         material = scene.material(hit)
         entering = dr.dot(surface.n_geo, ray.d) < 0
-        n = dr.select(entering, surface.n_geo, -surface.n_geo)
+        n = _facing(surface, entering, ray.d)
         local = self._local(hit, surface, material, n, -ray.d)
         if not scene.has_mirrors:
             return now.weight * dr.select(hit.valid, local, scene.background), Bool(False), tree
@@ -145,3 +146,16 @@ class Phong:
         waiting = tree.waiting.read(count, waits)
         now = dr.select(goes_through, through, mirrored)
         return ~ended | waits, Tree(dr.select(waits, waiting, now), tree.waiting, count)
+
+
+def _facing(surface, entering, d):
+    """Return the normal to shade with, turned to where the ray comes from.
+
+    Near its outline a smooth mesh has interpolated normals that point away from who looks at it; the triangle's own
+    normal serves there.
+    """
+    n_geo = dr.select(entering, surface.n_geo, -surface.n_geo)
+    if surface.n_smooth is None:
+        return n_geo
+    n = dr.select(entering, surface.n_smooth, -surface.n_smooth)
+    return dr.select(dr.dot(n, d) < 0, n, n_geo)

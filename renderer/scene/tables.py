@@ -5,32 +5,39 @@ from __future__ import annotations
 from renderer.cameras import KINDS as CAMERAS
 from renderer.core.backend import UInt32
 from renderer.core.errors import SceneError
-from renderer.core.rows import Rows
+from renderer.core.rows import SELECT_LIMIT, Rows
 from renderer.io.image import read_texture
 from renderer.lights import KINDS as LIGHTS
-from renderer.scene.compiled import NOT_TEXTURED, CompiledScene, LightGroup, ShapeGroup
+from renderer.scene.arrange import AUTO, arrange
+from renderer.scene.compiled import NOT_TEXTURED, CompiledScene, LightGroup
 from renderer.scene.media import exterior_indices
-from renderer.shapes import KINDS as SHAPES
 from renderer.textures.bitmap import Atlas, Image
 from renderer.textures.checkerboard import Checkerboards
 
 CHECKERBOARD = "checkerboard"
+PLAIN = (0, 0, 0, NOT_TEXTURED)
 
 
-def compile_scene(loaded):
-    """Return the CompiledScene of a LoadedScene; raises SceneError for texture files that cannot be read."""
+def compile_scene(loaded, accel=AUTO):
+    """Return the CompiledScene of a LoadedScene, its shapes in the structure that `accel` names (see arrange.py).
+
+    Raises SceneError for texture and mesh files that cannot be read.
+    """
     world = loaded.description.scene
-    ordered = sorted(loaded.shapes, key=lambda item: item[1].type)  # stable: the file's order within a kind
+    ordered, geometry = arrange(loaded, accel)
     shapes = [shape for _, shape in ordered]
     materials = [shape.material for shape in shapes]
-    texture_rows, textures = _textures(loaded, ordered)
+    records = [*map(_material, shapes, exterior_indices(shapes))]
+    texture_records, textures = _textures(loaded, ordered)
+    looks, records, texture_records = _distinct(records, texture_records)
     return CompiledScene(
-        shapes=tuple(_shape_groups(shapes)),
+        **geometry,
         lights=tuple(_light_groups(world.lightsources)),
         world=Rows([[*world.backgroundcolor, *world.ambientlight]]),
-        materials=Rows([*map(_material, shapes, exterior_indices(shapes))]) if shapes else None,
+        looks=Rows(looks, UInt32) if looks else None,
+        materials=Rows(records) if records else None,
+        texture_rows=Rows(texture_records, UInt32) if textures else None,
         file_indices=Rows([[index] for index, _ in ordered], UInt32) if shapes else None,
-        texture_rows=texture_rows,
         textures=textures,
         has_mirrors=any(m.isreflective or m.isrefractive for m in materials),
         has_glass=any(m.isrefractive for m in materials),
@@ -43,20 +50,22 @@ def compile_camera(description):
     return kind, Rows([kind.pack(description)])[0]
 
 
-def _shape_groups(shapes):
-    first = 0
-    for name in dict.fromkeys(shape.type for shape in shapes):
-        kind, members = SHAPES[name], [shape for shape in shapes if shape.type == name]
-        columns = kind.columns(members) if kind.columns else None
-        records = [kind.pack(shape, columns) for shape in members]
-        yield ShapeGroup(kind, Rows(records, directions=kind.directions), first)
-        first += len(members)
-
-
 def _light_groups(lights):
     for name in dict.fromkeys(light.type for light in lights):
         kind = LIGHTS[name]
         yield LightGroup(kind, Rows([kind.pack(light) for light in lights if light.type == name]))
+
+
+def _distinct(materials, textures):
+    """Return for each shape [its place in the tables], and the tables with every pair of records once.
+
+    Among a few shapes a table of their own is read faster; None then stands for the places.
+    """
+    pairs = [(tuple(material), texture) for material, texture in zip(materials, textures)]
+    places = {pair: place for place, pair in enumerate(dict.fromkeys(pairs))}
+    if len(pairs) <= SELECT_LIMIT or len(places) == len(pairs):
+        return None, materials, textures
+    return [[places[pair]] for pair in pairs], *(list(table) for table in zip(*places))
 
 
 def _material(shape, exterior):
@@ -71,7 +80,7 @@ def _material(shape, exterior):
 
 
 def _textures(loaded, ordered):
-    """Return the texture records by shape index and the lookups that they name; (None, ()) without textures."""
+    """Return the texture records by shape and the lookups that they name."""
     materials = [shape.material for _, shape in ordered]
     files, boards, lookups = {}, [], []
     for (index, _), material in zip(ordered, materials):
@@ -79,14 +88,12 @@ def _textures(loaded, ordered):
             files[material.texture] = _read(loaded, index, material.texture)
         elif material.texture and not isinstance(material.texture, str):
             boards.append(material.texture)
-    if not files and not boards:
-        return None, ()
     atlas = Atlas(files.values()) if files else None
     places = dict(zip(files, atlas.offsets)) if files else {}
     rows, boards_met = [], 0
     for material in materials:
         if material.texture is None:
-            rows.append((0, 0, 0, NOT_TEXTURED))
+            rows.append(PLAIN)
             continue
         if isinstance(material.texture, str):
             image, use = files[material.texture], (material.texturefilter, material.texturewrap)
@@ -98,7 +105,7 @@ def _textures(loaded, ordered):
         rows.append((*values, lookups.index(use) + 1))
     checkerboards = Checkerboards(boards) if boards else None
     samplers = (checkerboards.sample if use is CHECKERBOARD else atlas.sampler(*use) for use in lookups)
-    return Rows(rows, UInt32), tuple(samplers)
+    return rows, tuple(samplers)
 
 
 def _read(loaded, index, filename):

@@ -9,6 +9,7 @@ lane, in the columns that `pack` wrote. All vectors are in world space, distance
 - `surface(row, p) -> Surface`: the point moved onto the shape, with the outward unit normal.
 - `texture_coordinates(row, surface) -> Vector2f`.
 - `columns(shapes) -> int`: the record width that these instances need.
+- `bounds(shape) -> (lowest, highest)`: host; corners of a box around the shape in double precision, or None.
 
 A distance may be infinite or NaN only where the line misses: it then fails every comparison of the caller.
 """
@@ -36,6 +37,7 @@ class ShapeKind:
     interval: Callable | None = None  # solids
     distance: Callable | None = None  # sheets
     columns: Callable | None = None  # None: every record is as wide as `pack` makes it
+    bounds: Callable | None = None  # None: instances have no bounds
     directions: Sequence = ()  # columns of directions: what is along an axis counts as structure, not as a value
 
     def __post_init__(self):

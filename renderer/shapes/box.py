@@ -62,4 +62,9 @@ def texture_coordinates(row, surface):
     return Vector2f(0.5 + 0.5 * u, 0.5 + 0.5 * v)
 
 
-register(ShapeKind("box", pack, surface, texture_coordinates, interval=interval))
+def bounds(shape):
+    """Return the box's own corners."""
+    return shape.min, shape.max
+
+
+register(ShapeKind("box", pack, surface, texture_coordinates, interval=interval, bounds=bounds))

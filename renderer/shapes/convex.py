@@ -3,7 +3,7 @@
 import drjit as dr
 
 from renderer.core.backend import Float, Vector2f, Vector3f
-from renderer.core.hull import unit_halfspaces
+from renderer.core.hull import corners, unit_halfspaces
 from renderer.core.numeric import FAR, away_from_zero, greater, lesser
 from renderer.core.records import Surface
 from renderer.core.rows import repeat
@@ -56,4 +56,12 @@ def texture_coordinates(row, surface):
     return Vector2f(dr.dot(surface.p, t), dr.dot(surface.p, b))
 
 
-register(ShapeKind("convex", pack, surface, texture_coordinates, interval=interval, columns=columns))
+def bounds(shape):
+    """Return the box around the corners, or None where the volume reaches to infinity."""
+    axes = [*zip(*corners(shape.halfspaces, shape.vertices))]
+    return ([min(axis) for axis in axes], [max(axis) for axis in axes]) if axes else None
+
+
+register(
+    ShapeKind("convex", pack, surface, texture_coordinates, interval=interval, columns=columns, bounds=bounds)
+)

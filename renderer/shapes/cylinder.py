@@ -1,5 +1,7 @@
 """Capped cylinder of any axis: the intersection of an infinite cylinder and a slab."""
 
+import math
+
 import drjit as dr
 
 from renderer.core.backend import Vector2f
@@ -72,4 +74,14 @@ def texture_coordinates(row, surface):
     return Vector2f(u, dr.select(on_cap, rho / row[RADIUS], 0.5 - 0.5 * along / row[HALF]))
 
 
-register(ShapeKind("cylinder", pack, surface, texture_coordinates, interval=interval, directions=range(AXIS, RADIUS)))
+def bounds(shape):
+    """Return the corners of the box around both caps: a disk reaches r sqrt(1 - a^2) along an axis with cosine a."""
+    reach = [shape.height * abs(a) + shape.radius * math.sqrt(max(0.0, 1 - a * a)) for a in unit(shape.axis)]
+    return [c - r for c, r in zip(shape.center, reach)], [c + r for c, r in zip(shape.center, reach)]
+
+
+register(
+    ShapeKind(
+        "cylinder", pack, surface, texture_coordinates, interval=interval, bounds=bounds, directions=range(AXIS, RADIUS)
+    )
+)

@@ -41,4 +41,9 @@ def texture_coordinates(row, surface):
     return Vector2f(turn(n.z, n.x), dr.safe_acos(n.y) * (1 / math.pi))
 
 
-register(ShapeKind("sphere", pack, surface, texture_coordinates, interval=interval))
+def bounds(shape):
+    """Return the corners of the box around the sphere."""
+    return [c - shape.radius for c in shape.center], [c + shape.radius for c in shape.center]
+
+
+register(ShapeKind("sphere", pack, surface, texture_coordinates, interval=interval, bounds=bounds))

@@ -54,4 +54,14 @@ def texture_coordinates(row, surface):
     return Vector2f(*(row[UV0 + k] * (1 - b1 - b2) + row[UV1 + k] * b1 + row[UV2 + k] * b2 for k in range(2)))
 
 
-register(ShapeKind("triangle", pack, surface, texture_coordinates, distance=distance, directions=range(NORMAL, UV0)))
+def bounds(shape):
+    """Return the box around the corners."""
+    axes = [*zip(shape.v0, shape.v1, shape.v2)]
+    return [min(axis) for axis in axes], [max(axis) for axis in axes]
+
+
+register(
+    ShapeKind(
+        "triangle", pack, surface, texture_coordinates, distance=distance, bounds=bounds, directions=range(NORMAL, UV0)
+    )
+)

@@ -5,7 +5,7 @@ import pytest
 
 from renderer.core.backend import Bool, UInt32, Vector3f
 from renderer.core.records import NO_SHAPE, Ray
-from renderer.scene.compiled import leave
+from renderer.scene.geometry import leave
 from renderer.scene.tables import compile_scene
 from renderer.shapes import KINDS
 from tests.support.distances import march, signed_distance

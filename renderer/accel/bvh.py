@@ -1,0 +1,147 @@
+"""Traversal of a bounding volume hierarchy, four children a node, in lanes.
+
+A lane is at one record, a node or a leaf: both have one size, so that a single fetch serves lanes that are at either.
+Of a node it enters the nearest child that the ray meets; the others wait on the stack as one word, in their order:
+the first child's record, and three slots of two bits, the last one repeated to mark the end. All lanes do both tests in
+every step, because to fetch a record costs more than to compute.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+
+from renderer.accel.build import MAX_DEPTH
+from renderer.accel.records import HIGH_HALF, LEAF, ORIGIN, TAG, WIDTH, read
+from renderer.accel.slabs import Slabs
+from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.numeric import greater, lesser, widened
+
+STACK_TOP = MAX_DEPTH - 1  # in the kernel as a literal, because Dr.Jit 1.5 knows stacks of different sizes as the same
+SLOT_BITS, SLOT = 2, 3
+WAITING_BITS = 3 * SLOT_BITS
+MAX_RECORDS = 1 << (32 - WAITING_BITS)
+MISSED = 0xFFFFFFFF
+
+
+@dataclass
+class Walk:
+    """Where a lane is in the hierarchy."""
+
+    record: UInt32
+    height: UInt32  # entries on the stack
+    stack: dr.Local
+
+
+class Bvh:
+    """A hierarchy over leaf records; `leaf` is a function (words) -> (met, t, index) that tests one for each lane.
+
+    The words are those of `records`; what it returns only counts where the words are a leaf's. Ties go to the lower
+    index, so that the hit does not depend on the structure.
+    """
+
+    def __init__(self, records, reach):
+        """Hold `records` (UInt32, evaluated) of a scene with coordinates up to `reach` (Float, opaque)."""
+        self._records, self._reach = records, reach
+
+    def slabs(self, ray):
+        """Return what `step` needs of the rays."""
+        return Slabs.of(ray, self._reach)
+
+    def start(self, lanes):
+        """Return lanes at the root."""
+        return Walk(dr.zeros(UInt32, lanes), dr.zeros(UInt32, lanes), dr.alloc_local(UInt32, MAX_DEPTH))
+
+    def step(self, walk, slabs, t, index, leaf, active, any_hit):
+        """Return the walk one record further, the closest hit so far, and which lanes are not yet done.
+
+        Lanes with `any_hit` are done as soon as something closer than their t was met.
+        """
+        words = read(self._records, walk.record, active)
+        at_leaf = words[TAG] >= LEAF
+        nearest, *others = _sorted(_entries(words, slabs, t))
+        enters = (nearest != MISSED) & ~at_leaf
+
+        # what waits: the other children, or what is left on top of the stack when its next child is taken
+        pushes = enters & (others[0] != MISSED)
+        pops = ~enters & (walk.height > 0)
+        top = walk.stack.read(dr.select(pops, walk.height - 1, 0), pops & active)
+        next_slot, rest, keeps = _take(top)
+        keeps &= pops
+        place = lesser(dr.select(pushes, walk.height, walk.height - 1), UInt32(STACK_TOP))
+        walk.stack.write(dr.select(pushes, _waiting(words[TAG], others), rest), place, (pushes | keeps) & active)
+        height = dr.select(pushes, walk.height + 1, dr.select(pops & ~keeps, walk.height - 1, walk.height))
+        following = dr.select(enters, words[TAG] + (nearest & SLOT), (top >> WAITING_BITS) + next_slot)
+
+        met, distance, primitive = leaf(words)
+        closer = active & at_leaf & met & ((distance < t) | ((distance == t) & (primitive < index)))
+        t, index = dr.select(closer, distance, t), dr.select(closer, primitive, index)
+        walk = Walk(dr.select(active, following, walk.record), dr.select(active, height, walk.height), walk.stack)
+        goes_on = active & (enters | pops)
+        return walk, t, index, goes_on if any_hit is False else goes_on & ~(closer & any_hit)
+
+    def trace(self, ray, t, index, leaf, active, any_hit=False):
+        """Return distance and index of the closest hit of each active ray, or of any; what was given where it has none."""
+        slabs, lanes = self.slabs(ray), max(dr.width(ray), dr.width(t), dr.width(active))
+        t, index, active = (widened(value, lanes) for value in (t, index, active))
+        _, t, index, _ = dr.while_loop(
+            (self.start(lanes), t, index, active),
+            lambda walk, t, index, active: active,
+            lambda walk, t, index, active: self.step(walk, slabs, t, index, leaf, active, any_hit),
+            label="bvh",
+        )
+        return t, index
+
+
+def _entries(words, slabs, t):
+    """Return for each child the distance at which the ray enters it, with its slot in the lowest bits, or MISSED.
+
+    Where 0 times infinity makes NaN of a bound, that slab does not restrict the ray: `greater` and `lesser` then
+    return their second operand.
+    """
+    near, far = [Float(0)] * WIDTH, [t] * WIDTH
+    for axis in range(3):
+        low, high = words[4 * axis : 4 * axis + 2], words[4 * axis + 2 : 4 * axis + 4]
+        origin = (dr.reinterpret_array(Float, words[ORIGIN + axis]) - slabs.o[axis]) * slabs.rate[axis]
+        for planes, swapped, base, bounds, tighter in (
+            (low, high, origin - slabs.slack[axis], near, greater),
+            (high, low, origin + slabs.slack[axis], far, lesser),
+        ):
+            for pair in range(2):
+                word = dr.select(slabs.negative[axis], swapped[pair], planes[pair])
+                for k, bits in ((2 * pair, word & HIGH_HALF), (2 * pair + 1, word << 16)):
+                    plane = dr.reinterpret_array(Float, bits)
+                    bounds[k] = tighter(dr.fma(plane, slabs.rate[axis], base), bounds[k])
+    keys = ((dr.reinterpret_array(UInt32, near[k]) & ~UInt32(SLOT)) | k for k in range(WIDTH))
+    return [dr.select(near[k] <= far[k], key, MISSED) for k, key in enumerate(keys)]
+
+
+def _sorted(keys):
+    """Return four keys in ascending order: a sorting network of five comparisons."""
+    a, b, c, d = keys
+    a, b = _ordered(a, b)
+    c, d = _ordered(c, d)
+    a, c = _ordered(a, c)
+    b, d = _ordered(b, d)
+    b, c = _ordered(b, c)
+    return a, b, c, d
+
+
+def _ordered(a, b):
+    return dr.select(a < b, a, b), dr.select(a < b, b, a)
+
+
+def _waiting(first_child, keys):
+    """Return the stack's word for up to three children: their record base and slots, the last slot repeated."""
+    slots = [keys[0] & SLOT]
+    for key in keys[1:]:
+        slots.append(dr.select(key != MISSED, key & SLOT, slots[-1]))
+    return (first_child << WAITING_BITS) | slots[0] | (slots[1] << SLOT_BITS) | (slots[2] << 2 * SLOT_BITS)
+
+
+def _take(entry):
+    """Return the first slot of a stack entry, the entry without it, and whether that still holds a child."""
+    first, second, third = (entry >> shift & SLOT for shift in range(0, WAITING_BITS, SLOT_BITS))
+    record = entry & ~UInt32((1 << WAITING_BITS) - 1)
+    return first, record | second | (third << SLOT_BITS) | (third << 2 * SLOT_BITS), second != first

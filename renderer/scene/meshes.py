@@ -1,0 +1,81 @@
+"""The triangles of a scene as arrays: those of its mesh files in the world's coordinates, and its triangle shapes."""
+
+import numpy as np
+
+from renderer.core.backend import Float, UInt32
+from renderer.core.errors import SceneError
+from renderer.io.mesh import read_mesh
+from renderer.io.mesh_normals import smooth_normals
+from renderer.scene.transform import determinant, matrix
+from renderer.scene.triangles import CORNER_WORDS, FULL, PLAIN, Triangles
+
+
+def read_meshes(loaded, meshes):
+    """Return {file name: MeshData} of mesh shapes [(index in the file, shape)]; raises SceneError with their place."""
+    found = {}
+    for index, shape in meshes:
+        if shape.filename not in found:
+            try:
+                found[shape.filename] = read_mesh(str(loaded.resolve(shape.filename)))
+            except SceneError as error:
+                message = "; ".join(str(problem) for problem in error.problems)
+                raise SceneError(loaded.source.problem(message, "scene", "shapes", index, "filename")) from error
+    return found
+
+
+def triangles(shapes, files, first):
+    """Return the Triangles of `triangle` and `mesh` shapes, numbered from `first` on; meshes come last.
+
+    `files` is what `read_meshes` returned. Shapes are numbered likewise, so that a `triangle` shape is its triangle.
+    """
+    sheets = [shape for shape in shapes if shape.type == "triangle"]
+    meshes = [shape for shape in shapes if shape.type == "mesh"]
+    parts = [_of_sheets(sheets, first)] if sheets else []
+    parts += [_of_mesh(mesh, files[mesh.filename], first + len(sheets) + k) for k, mesh in enumerate(meshes)]
+    words = FULL if any(normals is not None or uv is not None for _, _, normals, uv in parts) else PLAIN
+    vertices = np.zeros((sum(len(part[0]) for part in parts), words), np.float32)
+    corners = np.empty((sum(len(part[1]) for part in parts), CORNER_WORDS), np.uint32)
+    vertex = corner = 0
+    for positions, faces, normals, uv in parts:
+        own = vertices[vertex : vertex + len(positions)]
+        own[:, :3] = positions
+        if normals is not None:
+            own[:, 4:7] = normals
+        if uv is not None:
+            own[:, 3], own[:, 7] = uv[:, 0], uv[:, 1]
+        corners[corner : corner + len(faces)] = faces
+        corners[corner : corner + len(faces), :3] += np.uint32(vertex)
+        vertex, corner = vertex + len(positions), corner + len(faces)
+    return Triangles(Float(vertices.ravel()), UInt32(corners.ravel()), words, first, bool(meshes))
+
+
+def _of_sheets(shapes, first):
+    """Return positions, corners with their shape, no normals, and texture coordinates of `triangle` shapes."""
+    count = len(shapes)
+    positions = np.array([(shape.v0, shape.v1, shape.v2) for shape in shapes]).reshape(-1, 3)
+    faces = np.empty((count, CORNER_WORDS), np.uint32)
+    faces[:, :3] = np.arange(3 * count).reshape(-1, 3)
+    faces[:, 3] = first + np.arange(count)
+    textured = any(shape.material.texture for shape in shapes)
+    uv = np.array([(shape.uv0, shape.uv1, shape.uv2) for shape in shapes]).reshape(-1, 2) if textured else None
+    return positions, faces, None, uv
+
+
+def _of_mesh(shape, data, number):
+    """Return positions, corners with their shape, unit normals or None, and texture coordinates of one mesh."""
+    transform = matrix(shape.transform)
+    linear, offset = np.array(transform)[:3, :3], np.array(transform)[:3, 3]
+    mirrored = determinant(transform) < 0
+    positions = data.vertices.astype(np.float64) @ linear.T + offset
+    faces = np.empty((len(data.faces), CORNER_WORDS), np.uint32)
+    faces[:, :3] = data.faces[:, ::-1] if mirrored else data.faces  # so that normals still point outwards
+    faces[:, 3] = number
+    normals = None
+    if shape.normals == "smooth":
+        normals = smooth_normals(positions, faces[:, :3])
+    elif shape.normals == "file" and data.normals is not None:
+        # the inverse transpose but for its length, which does not count
+        normals = data.normals.astype(np.float64) @ np.linalg.inv(linear)
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals /= np.where(length > 0, length, 1)
+    return positions, faces, normals, data.uv

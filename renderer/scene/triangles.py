@@ -1,0 +1,72 @@
+"""All triangles of a scene's meshes, and of its `triangle` shapes where they are many, as shared vertices and corners.
+
+A vertex has 4 words: its position and u; with normals or v it has 8: then also the normal and v. A triangle has 4: its
+corners' vertices and its shape.
+"""
+
+from __future__ import annotations
+
+import drjit as dr
+
+from renderer.core.backend import ArrayXf, ArrayXu, Float, UInt32, Vector2f, Vector3f
+from renderer.core.numeric import EPSILON, TINY, greater
+from renderer.core.records import Surface
+from renderer.accel.watertight import Axes, barycentric
+
+CORNER_WORDS = 4
+PLAIN, FULL = 4, 8  # words of a vertex without and with normal and v
+# of the coordinates: the rounding of a sum of three products, of weights that add up to 1 within two roundoffs, and of
+# the point that is moved by as much [Pharr2023, sec. 6.8.1]
+POINT_ROUNDOFFS = 8.0
+
+
+class Triangles:
+    """Triangles by number, from `first` on in the compiled order of primitives."""
+
+    def __init__(self, vertices, corners, vertex_words, first, of_meshes):
+        """Hold evaluated arrays: `vertices` (Float, `vertex_words` each), `corners` (UInt32, 4 each).
+
+        `of_meshes` tells whether some are a mesh's, so that a triangle's number is not its shape's.
+        """
+        self.first, self.count, self.of_meshes = first, len(corners) // CORNER_WORDS, of_meshes
+        self._vertices, self._corners, self._words = vertices, corners, vertex_words
+
+    def positions(self):
+        """Return the positions of the three corners of all triangles (Vector3f, a lane a triangle)."""
+        place = CORNER_WORDS * dr.arange(UInt32, self.count)
+        vertices = (dr.gather(UInt32, self._corners, place + k) for k in range(3))
+        return [
+            Vector3f(*(dr.gather(Float, self._vertices, self._words * vertex + axis) for axis in range(3)))
+            for vertex in vertices
+        ]
+
+    def shape(self, index, active):
+        """Return the shape of each active lane's triangle."""
+        return dr.gather(UInt32, self._corners, CORNER_WORDS * (index - self.first) + 3, active)
+
+    def surface(self, ray, index, active, with_uv):
+        """Return the point where a ray meets its lane's triangle, as a mean of the corners."""
+        lanes = max(dr.width(index), dr.width(ray))
+        corners = dr.gather(ArrayXu, self._corners, index - self.first, active, shape=(CORNER_WORDS, lanes))
+        words = [
+            dr.gather(ArrayXf, self._vertices, corners[k], active, shape=(self._words, lanes)) for k in range(3)
+        ]
+        v = [Vector3f(*(vertex[axis] for axis in range(3))) for vertex in words]
+        b1, b2 = barycentric(Axes.of(ray), *v)
+        b0 = 1 - b1 - b2
+
+        def mean(values):
+            return dr.fma(values[0], b0, dr.fma(values[1], b1, values[2] * b2))
+
+        n = dr.cross(v[1] - v[0], v[2] - v[0])
+        n_geo = n * dr.rsqrt(greater(dr.squared_norm(n), Float(TINY)))
+        size = [greater(abs(a), greater(abs(b), abs(c))) for a, b, c in zip(*v)]
+        rounding = dr.dot(abs(n_geo), Vector3f(*size)) * Float(POINT_ROUNDOFFS * EPSILON)
+        found = Surface(mean(v), n_geo, rounding=rounding, n_smooth=n_geo)
+        if self._words == FULL:
+            smooth = mean([Vector3f(vertex[4], vertex[5], vertex[6]) for vertex in words])
+            length = dr.squared_norm(smooth)
+            found.n_smooth = dr.select(length > TINY, smooth * dr.rsqrt(greater(length, Float(TINY))), n_geo)
+        if with_uv:
+            found.uv = mean([Vector2f(vertex[3], vertex[7]) for vertex in words]) if self._words == FULL else Vector2f(b1, b2)
+        return found
