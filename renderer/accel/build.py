@@ -1,7 +1,8 @@
 """The bounding volume hierarchy of a scene, built in whole-array operations.
 
-Boxes are sorted along a Morton curve, merged pairwise to a binary tree, and that is collapsed to a wide one. The same
-boxes give the same bytes, whatever the number of threads.
+Boxes are sorted along a Morton curve and merged pairwise to a binary tree; subtrees are moved to where they cost less,
+and what results is collapsed to a wide tree (docs/bvh-build.md). The same boxes give the same bytes, whatever the
+number of threads.
 """
 
 from dataclasses import dataclass
