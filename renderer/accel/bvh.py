@@ -53,11 +53,15 @@ class Bvh:
         """Return lanes at the root."""
         return Walk(dr.zeros(UInt32, lanes), dr.zeros(UInt32, lanes), dr.alloc_local(UInt32, MAX_DEPTH))
 
-    def step(self, walk, slabs, t, index, leaf, active, any_hit):
+    def step(self, walk, slabs, t, index, leaf, active, any_hit, jump=False):
         """Return the walk one record further, the closest hit so far, and which lanes are not yet done.
 
-        Lanes with `any_hit` are done as soon as something closer than their t was met.
+        Lanes with `any_hit` are done as soon as something closer than their t was met. `jump` is for coherent rays:
+        leaf tests are jumped over where no lane of a packet is at a leaf.
         """
+        # the stack is read early, whether it is needed or not, so that nothing waits for it
+        filled = walk.height > 0
+        top = walk.stack.read(dr.select(filled, walk.height - 1, 0), filled & active)
         words = read(self._records, walk.record, active)
         at_leaf = words[TAG] >= LEAF
         nearest, *others = _sorted(_entries(words, slabs, t))
@@ -65,8 +69,7 @@ class Bvh:
 
         # what waits: the other children, or what is left on top of the stack when its next child is taken
         pushes = enters & (others[0] != MISSED)
-        pops = ~enters & (walk.height > 0)
-        top = walk.stack.read(dr.select(pops, walk.height - 1, 0), pops & active)
+        pops = ~enters & filled
         next_slot, rest, keeps = _take(top)
         keeps &= pops
         place = lesser(dr.select(pushes, walk.height, walk.height - 1), UInt32(STACK_TOP))
@@ -74,9 +77,14 @@ class Bvh:
         height = dr.select(pushes, walk.height + 1, dr.select(pops & ~keeps, walk.height - 1, walk.height))
         following = dr.select(enters, words[TAG] + (nearest & SLOT), (top >> WAITING_BITS) + next_slot)
 
-        met, distance, primitive = leaf(words)
-        closer = active & at_leaf & met & ((distance < t) | ((distance == t) & (primitive < index)))
-        t, index = dr.select(closer, distance, t), dr.select(closer, primitive, index)
+        def test(t, index, closer):
+            met, distance, primitive = leaf(words)
+            closer = here & met & ((distance < t) | ((distance == t) & (primitive < index)))
+            return dr.select(closer, distance, t), dr.select(closer, primitive, index), closer
+
+        here = active & at_leaf
+        state = t, index, dr.zeros(Bool, dr.width(t))
+        t, index, closer = dr.if_stmt(state, here, test, lambda *state: state, label="leaf") if jump else test(*state)
         walk = Walk(dr.select(active, following, walk.record), dr.select(active, height, walk.height), walk.stack)
         goes_on = active & (enters | pops)
         return walk, t, index, goes_on if any_hit is False else goes_on & ~(closer & any_hit)
@@ -88,7 +96,7 @@ class Bvh:
         _, t, index, _ = dr.while_loop(
             (self.start(lanes), t, index, active),
             lambda walk, t, index, active: active,
-            lambda walk, t, index, active: self.step(walk, slabs, t, index, leaf, active, any_hit),
+            lambda walk, t, index, active: self.step(walk, slabs, t, index, leaf, active, any_hit, jump=True),
             label="bvh",
         )
         return t, index
