@@ -53,7 +53,9 @@ def arrange(loaded, accel):
     if sheets or meshes:
         from renderer.scene.meshes import read_meshes, triangles as gather  # numpy, which small scenes do without
 
-        triangles = gather([*shapes[solids:], *(shape for _, shape in meshes)], read_meshes(loaded, meshes), solids)
+        sheets_and_meshes = [*shapes[solids:], *(shape for _, shape in meshes)]
+        uv_shown = loaded.description.rendermode == "uv"
+        triangles = gather(sheets_and_meshes, read_meshes(loaded, meshes), solids, uv_shown)
     structure = _structure(accel, shapes, groups, triangles) if inside or meshes else None
     ordered = [*others, *meshes]
     return ordered, {

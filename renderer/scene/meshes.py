@@ -9,6 +9,8 @@ from renderer.io.mesh_normals import smooth_normals
 from renderer.scene.transform import determinant, matrix
 from renderer.scene.triangles import CORNER_WORDS, FULL, PLAIN, Triangles
 
+UV = (0.0, 0.0), (1.0, 0.0), (0.0, 1.0)  # of a triangle's corners, where a file gives none
+
 
 def read_meshes(loaded, meshes):
     """Return {file name: MeshData} of mesh shapes [(index in the file, shape)]; raises SceneError with their place."""
@@ -23,15 +25,19 @@ def read_meshes(loaded, meshes):
     return found
 
 
-def triangles(shapes, files, first):
+def triangles(shapes, files, first, uv_shown):
     """Return the Triangles of `triangle` and `mesh` shapes, numbered from `first` on; meshes come last.
 
     `files` is what `read_meshes` returned. Shapes are numbered likewise, so that a `triangle` shape is its triangle.
+    `uv_shown` tells whether texture coordinates count, though there are no textures.
     """
     sheets = [shape for shape in shapes if shape.type == "triangle"]
     meshes = [shape for shape in shapes if shape.type == "mesh"]
-    parts = [_of_sheets(sheets, first)] if sheets else []
-    parts += [_of_mesh(mesh, files[mesh.filename], first + len(sheets) + k) for k, mesh in enumerate(meshes)]
+    parts = [_of_sheets(sheets, first, uv_shown)] if sheets else []
+    for number, mesh in enumerate(meshes, first + len(sheets)):
+        part = _of_mesh(mesh, files[mesh.filename], number)
+        without_uv = (uv_shown or mesh.material.texture is not None) and part[-1] is None
+        parts.append(_with_default_uv(*part[:-1], determinant(matrix(mesh.transform)) < 0) if without_uv else part)
     words = FULL if any(normals is not None or uv is not None for _, _, normals, uv in parts) else PLAIN
     vertices = np.zeros((sum(len(part[0]) for part in parts), words), np.float32)
     corners = np.empty((sum(len(part[1]) for part in parts), CORNER_WORDS), np.uint32)
@@ -49,14 +55,14 @@ def triangles(shapes, files, first):
     return Triangles(Float(vertices.ravel()), UInt32(corners.ravel()), words, first, bool(meshes))
 
 
-def _of_sheets(shapes, first):
+def _of_sheets(shapes, first, uv_shown):
     """Return positions, corners with their shape, no normals, and texture coordinates of `triangle` shapes."""
     count = len(shapes)
     positions = np.array([(shape.v0, shape.v1, shape.v2) for shape in shapes]).reshape(-1, 3)
     faces = np.empty((count, CORNER_WORDS), np.uint32)
     faces[:, :3] = np.arange(3 * count).reshape(-1, 3)
     faces[:, 3] = first + np.arange(count)
-    textured = any(shape.material.texture for shape in shapes)
+    textured = uv_shown or any(shape.material.texture for shape in shapes)
     uv = np.array([(shape.uv0, shape.uv1, shape.uv2) for shape in shapes]).reshape(-1, 2) if textured else None
     return positions, faces, None, uv
 
@@ -79,3 +85,12 @@ def _of_mesh(shape, data, number):
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         normals /= np.where(length > 0, length, 1)
     return positions, faces, normals, data.uv
+
+
+def _with_default_uv(positions, faces, normals, mirrored):
+    """Return a mesh without texture coordinates with those of `triangle` shapes, a vertex for each corner."""
+    corners = faces[:, :3].ravel()
+    own = np.empty_like(faces)
+    own[:, :3], own[:, 3] = np.arange(len(corners)).reshape(-1, 3), faces[:, 3]
+    uv = np.array(UV[::-1] if mirrored else UV)  # in the file's order of corners, which a mirror has reversed
+    return positions[corners], own, None if normals is None else normals[corners], np.tile(uv, (len(faces), 1))

@@ -82,6 +82,7 @@ CONVENTIONS = """## Conventions
   and on the caps the distance from the axis over `radius`.
   Triangle: interpolated between `uv0`, `uv1` and `uv2`. Plane: u = (p - point).t, v = (p - point).b, in scene units.
   Mesh: interpolated between those of the file's vertices; of OBJ files, whose v runs upwards, 1 - v is taken.
+  Where a file has none, the corners of each triangle have (0, 0), (1, 0) and (0, 1).
   Box: one whole texture a face; u runs along +z on the face at max.x and along -z at min.x, along -x at max.z and
   along +x on the others; v runs along -y on the sides, along -z on the top and along +z on the bottom. Convex: u = p.t, v = p.b in the frame of each facet's normal, in scene units.
 """
