@@ -130,6 +130,14 @@ def facets(volume):
         yield normal, points[np.argsort(np.arctan2(around @ bitangent, around @ tangent))]
 
 
+def joined(meshes):
+    """Return several meshes as one."""
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]),
+                np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts)]),
+                np.concatenate([mesh.uv for mesh in meshes]))
+
+
 def mesh_of_facets(polygons):
     """Return the mesh of (corners (K, 3), uv (K, 2)) polygons, each a fan around its first corner."""
     vertices, faces, uv, start = [], [], [], 0

@@ -2,7 +2,7 @@
 
 Both the stock export and the exact Whitted counterpart read these parts. A cylinder becomes a tube and two disks, an
 infinite plane a disk of radius PLANE_RADIUS (a rectangle of that size loses digits and shadows itself), triangles,
-boxes and convex volumes become meshes.
+boxes and convex volumes become meshes, and mesh files are left to Mitsuba's own readers.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from converters.geometry import (
     Mesh, box_mesh, convex_mesh, frame, hull, intersection, matrix, unit,
 )
+from converters.meshes import MeshFile, mesh_file
 
 PLANE_RADIUS = 1e6  # scene units: the rim is 1e-6 from the horizon, less than rounding of a camera ray
 # Scene units; Mitsuba's disks have polar texture coordinates, so a rectangle stands in for a textured plane.
@@ -33,12 +34,15 @@ RECTANGLE_UV = np.array([[2 * _H, 0.0, -_H], [0.0, 2 * _H, -_H], [0.0, 0.0, 1.0]
 
 @dataclass(frozen=True)
 class Part:
-    """One primitive of a shape: `sphere`, `cylinder`, `disk`, `rectangle` (unit, placed by `to_world`) or `mesh`."""
+    """One primitive of a shape: `sphere`, `cylinder`, `disk`, `rectangle` (unit, placed by `to_world`), `mesh`, or
+    `ply` and `obj` (from a `file`).
+    """
 
     name: str
     kind: str
     to_world: np.ndarray | None = None  # (4, 4) float64
     mesh: Mesh | None = None
+    file: MeshFile | None = None
     uv_map: np.ndarray | None = None  # (3, 3): primitive's uv to ours; None where the primitive's uv are of no use
 
 
@@ -77,13 +81,21 @@ def _convex(shape):
     yield Part("convex", "mesh", mesh=convex_mesh(volume), uv_map=OWN_UV)
 
 
+def _mesh(shape, resolve):
+    file = mesh_file(shape, resolve)
+    yield Part("mesh", file.plugin, file=file, uv_map=OWN_UV)
+
+
 _PARTS = {"sphere": _sphere, "cylinder": _cylinder, "triangle": _triangle, "plane": _plane, "box": _box,
           "convex": _convex}
 
 
-def parts(shape):
-    """Return the list of primitives that stand for a shape of the description."""
-    return list(_PARTS[shape.type](shape))
+def parts(shape, resolve=None):
+    """Return the list of primitives that stand for a shape of the description.
+
+    `resolve` gives the path of a file that the scene names (`LoadedScene.resolve`); only meshes need it.
+    """
+    return list(_mesh(shape, resolve) if shape.type == "mesh" else _PARTS[shape.type](shape))
 
 
 def textured_plane(shape):

@@ -4,28 +4,21 @@ Mitsuba finds the intersections, knows Fresnel's equations and looks up textures
 from the scene format's definition. Nothing is shared with `renderer`.
 Stock Mitsuba has neither lights without fall-off nor Blinn-Phong, hence a loop of our own over a wavefront of rays.
 
+Normals to shade with are those of the vertices, interpolated, where a mesh has them and they face the viewer; else the
+surface's own. On which side of a surface a ray goes on is decided by the surface's own normal, always.
 Secondary rays start a little off the surface (OFFSET). Along contact lines of two shapes, and within that distance of
 a shadow's start, the picture therefore differs from one with exact offsets.
 """
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-if mi.variant() is None:
-    mi.set_variant("llvm_ad_rgb")
-
-from converters.geometry import frame, unit  # noqa: E402
-from converters.mitsuba.as_dict import part_object, texture_object  # noqa: E402
-from converters.nesting import outside_indices  # noqa: E402
-from converters.solids import camera_matrix, parts  # noqa: E402
+from converters.counterpart import Counterpart
 
 NO_SHAPE = 0xFFFFFFFF
-ATTRIBUTES = ("shape_number", "part_number")  # carried by every primitive
 # How far from its surface a secondary ray starts, relative to 1 + the greatest coordinate or distance. Mitsuba's own
 # 9e-5 shows in curved mirrors and glass; errors fall in proportion down to 2e-6, where surfaces shadow themselves.
 OFFSET = 3e-6
@@ -34,104 +27,19 @@ UNCERTAIN = 1e-3  # pixels: how far a ray may be off by rounding of the camera's
 EDGE_ANGLE = 0.05  # difference of unit normals within UNCERTAIN from which a pixel sees an edge
 
 
-class Counterpart:
-    """A scene in Mitsuba's hands: its objects stay alive as long as this does, as Mitsuba requires."""
-
-    def __init__(self, loaded, offset=OFFSET):
-        self.offset = offset
-        world = loaded.description.scene
-        self.description, self.camera = loaded.description, loaded.description.camera
-        self.numbers, self.shapes = [n for n, _ in loaded.shapes], [s for _, s in loaded.shapes]
-        self.background, self.ambient = mi.Color3f(world.backgroundcolor), mi.Color3f(world.ambientlight)
-        self.lights = [(mi.Point3f(v.position), mi.Color3f(v.intensity)) for v in world.lightsources]
-        self._textures = [(k, texture_object(loaded, s.material)) for k, s in enumerate(self.shapes)
-                          if s.material.texture is not None]
-        self._tables = self._material_tables() if self.shapes else {}
-        self.scene = mi.load_dict({"type": "scene", **self._objects()}) if self.shapes else None
-        self.sensor = mi.load_dict(self._sensor())
-
-    def _objects(self):
-        """Return the primitives, each carrying the number of its shape and of its part as attributes."""
-        return {f"s{k}{part.name}": part_object(part, dict(zip(ATTRIBUTES, map(float, (k, j)))))
-                for k, shape in enumerate(self.shapes) for j, part in enumerate(parts(shape))}
-
-    def _sensor(self):
-        film = {"type": "hdrfilm", "width": self.camera.width, "height": self.camera.height, "rfilter": {"type": "box"}}
-        return {"type": "perspective", "fov": self.camera.fov, "fov_axis": "y", "near_clip": 1e-3, "far_clip": 1e5,
-                "to_world": mi.ScalarTransform4f(camera_matrix(self.camera)), "film": film}
-
-    def _material_tables(self):
-        """Return the materials' values as arrays over shapes."""
-        materials = [s.material for s in self.shapes]
-        scalar = {k: mi.Float([float(getattr(m, k)) for m in materials])
-                  for k in ("kd", "ks", "specularexponent", "refractiveindex")}
-        colour = {k: [mi.Float([getattr(m, k)[c] for m in materials]) for c in range(3)]
-                  for k in ("diffusecolor", "specularcolor")}
-        # reflectivity counts for nothing without one of the two switches.
-        share = mi.Float([m.reflectivity if m.isreflective or m.isrefractive else 0.0 for m in materials])
-        glass = mi.Float([float(m.isrefractive) for m in materials])
-        return {**scalar, **colour, "share": share, "glass": glass, "outside": mi.Float(outside_indices(self.shapes))}
-
-    def value(self, name, hit):
-        """Return a material's scalar or colour at the hits (lanes)."""
-        table = self._tables[name]
-        if isinstance(table, list):
-            return mi.Color3f(*(dr.gather(mi.Float, column, hit.shape, hit.valid) for column in table))
-        return dr.gather(mi.Float, table, hit.shape, hit.valid)
-
-    def camera_rays(self, offset=(0.0, 0.0)):
-        """Return origins and unit directions through the pixel centres, moved by `offset` pixels; row 0 is the top."""
-        width, height = self.camera.width, self.camera.height
-        pixel = dr.arange(mi.UInt32, width * height)
-        x, y = mi.Float(pixel % width) + 0.5 + offset[0], mi.Float(pixel // width) + 0.5 + offset[1]
-        ray, _ = self.sensor.sample_ray(0.0, 0.0, mi.Point2f(x / width, y / height), mi.Point2f(0.5))
-        return mi.Point3f(self.camera.position) + dr.zeros(mi.Point3f, width * height), mi.Vector3f(ray.d)
-
-    def intersect(self, origin, direction):
-        """Return the nearest hits: Mitsuba's interaction, shape and part indices, texture coordinates and albedo."""
-        if self.scene is None:
-            nothing = dr.full(mi.Bool, False, dr.width(direction))
-            return SimpleNamespace(valid=nothing, shape=dr.zeros(mi.UInt32, dr.width(direction)))
-        si = self.scene.ray_intersect(mi.Ray3f(origin, direction))
-        valid = si.is_valid()
-        shape, part = (mi.UInt32(si.shape.eval_attribute_1(name, si, valid) + 0.5) for name in ATTRIBUTES)
-        hit = SimpleNamespace(valid=valid, si=si, t=si.t, p=si.p, n=mi.Vector3f(si.n), shape=shape, part=part)
-        hit.uv = self._uv(hit)
-        hit.albedo = self._albedo(hit)
-        return hit
-
-    def _uv(self, hit):
-        """Return the scene format's texture coordinates: Mitsuba's own, mapped as solids.py says, and a plane's."""
-        uv = mi.Vector2f(hit.si.uv)
-        for k, shape in enumerate(self.shapes):
-            here = hit.valid & (hit.shape == k)
-            for number, part in enumerate(parts(shape)):
-                if part.kind != "mesh" and part.uv_map is not None:
-                    rows = part.uv_map[:2].tolist()
-                    mapped = [a * hit.si.uv.x + b * hit.si.uv.y + c for a, b, c in rows]
-                    uv = dr.select(here & (hit.part == number), mi.Vector2f(*mapped), uv)
-            if shape.type == "plane":
-                d = hit.p - mi.Point3f(shape.point)
-                mapped = [dr.dot(d, mi.Vector3f(*map(float, axis))) for axis in frame(unit(shape.normal))]
-                uv = dr.select(here, mi.Vector2f(*mapped), uv)
-        return uv
-
-    def _albedo(self, hit):
-        """Return the texture's colour, or diffusecolor where there is no texture."""
-        colour = self.value("diffusecolor", hit)
-        for k, texture in self._textures:
-            si = mi.SurfaceInteraction3f(hit.si)
-            si.uv = mi.Point2f(hit.uv)
-            here = hit.valid & (hit.shape == k)
-            colour = dr.select(here, mi.Color3f(texture.eval(si, here)), colour)
-        return colour
-
-
 def _start(counterpart, hit, direction):
     """Return where rays of the given directions start: at the hit, moved off the surface to the ray's side."""
     # The coordinates and the distance travelled both bound the rounding of the hit point.
     distance = counterpart.offset * (1 + dr.maximum(dr.max(dr.abs(hit.p)), hit.t))
     return mi.Point3f(hit.p + dr.mulsign(mi.Vector3f(hit.n), dr.dot(hit.n, direction)) * distance)
+
+
+def _facing(hit, to_viewer):
+    """Return the normals to shade with, turned to the viewer, and whether he is inside."""
+    inside = dr.dot(hit.n, to_viewer) < 0
+    shading = dr.select(inside, -hit.n_shading, hit.n_shading)
+    own = dr.select(inside, -hit.n, hit.n)
+    return dr.select(dr.dot(shading, to_viewer) > 0, shading, own), inside
 
 
 def _shadow_ray(counterpart, hit, position):
@@ -178,8 +86,7 @@ def _radiance(counterpart, moved=(0.0, 0.0)):
         if counterpart.scene is None:
             break
         to_viewer = -direction
-        inside = dr.dot(hit.n, to_viewer) < 0
-        normal = dr.select(inside, -hit.n, hit.n)
+        normal, inside = _facing(hit, to_viewer)
         share = counterpart.value("share", hit)
         add(hit.valid & (share < 1), weight * (1 - share) * _local_shading(counterpart, hit, normal, to_viewer))
         if depth == bounces:
@@ -227,7 +134,7 @@ def first_hits(loaded, offset=(0.0, 0.0)):
     `hit` (bool), `depth` (scene units along the unit ray), `normal` (outward, geometric), `uv`, `albedo` (linear),
     `shape` (uint32, index in the file, NO_SHAPE where nothing is hit), `part` (uint32, primitive within the shape).
     """
-    counterpart = Counterpart(loaded)
+    counterpart = Counterpart(loaded, OFFSET)
     return _first_hits(counterpart, offset)
 
 
@@ -255,7 +162,7 @@ def reference(loaded, mode=None):
 
     `mode` overrides the scene's; binary is red (1, 0, 0) where something is hit.
     """
-    counterpart = Counterpart(loaded)
+    counterpart = Counterpart(loaded, OFFSET)
     mode = mode or loaded.description.rendermode
     result = _first_hits(counterpart, (0.0, 0.0))
     if mode == "binary":
@@ -270,7 +177,7 @@ CORNERS = ((-1, -1), (1, -1), (-1, 1), (1, 1))
 
 def neighbours(loaded, eps_px=UNCERTAIN):
     """Return first_hits for rays moved by `eps_px` towards the four corners of the pixel: what rounding may do."""
-    counterpart = Counterpart(loaded)
+    counterpart = Counterpart(loaded, OFFSET)
     return [_first_hits(counterpart, (x * eps_px, y * eps_px)) for x, y in CORNERS]
 
 
@@ -293,7 +200,7 @@ def colour_uncertainty(loaded, eps_px=UNCERTAIN):
     """Return (H, W): how much the phong colour changes for rays within `eps_px`, and for secondary rays that start
     three times as far off their surface. Where this is large, Mitsuba's colour decides nothing.
     """
-    exact, far = Counterpart(loaded), Counterpart(loaded, 3 * OFFSET)
+    exact, far = Counterpart(loaded, OFFSET), Counterpart(loaded, 3 * OFFSET)
     centre = _radiance(exact)
     varied = [_radiance(far), *(_radiance(exact, (x * eps_px, y * eps_px)) for x, y in CORNERS)]
     return np.abs(np.array(varied) - centre).max(axis=(0, -1))

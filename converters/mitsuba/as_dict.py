@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
+
 import mitsuba as mi
 import numpy as np
 
-from converters.geometry import Mesh
+from converters.geometry import joined
+from converters.meshes import MeshFile
 from converters.mitsuba import materials
 from converters.mitsuba.nodes import Colour, Node, Pixels, Point
 from converters.mitsuba.plan import part_node, pixels
@@ -22,11 +26,15 @@ def _tensor(image):
 
 def _mesh(node):
     """Return a flat-shaded mesh that owns the node's children (material, attributes)."""
-    mesh = node.values["mesh"]
     properties = mi.Properties()
     for name, child in node.values.items():
         if isinstance(child, Node):
             properties[name] = mi.load_dict(dictionary(child))
+    return _flat(node.values["mesh"], properties)
+
+
+def _flat(mesh, properties):
+    """Return Mitsuba's mesh of a Mesh, with the given children."""
     result = mi.Mesh("mesh", len(mesh.vertices), len(mesh.faces), props=properties, has_vertex_normals=False,
                      has_vertex_texcoords=True)
     data = mi.traverse(result)
@@ -37,10 +45,36 @@ def _mesh(node):
     return result
 
 
+def _mesh_file(node):
+    """Return the mesh that Mitsuba reads from a file, with the node's children."""
+    file = node.values["file"]
+    if not file.drops_normals:
+        result = mi.load_dict(_reader(node, file.plugin, file.path, file.settings))
+        if file.negates_normals:
+            data = mi.traverse(result)
+            data["vertex_normals"] = -mi.Float(data["vertex_normals"])
+            data.update()
+        return result
+    # Mitsuba computes normals of meshes that come without them, so it writes one such and reads it again.
+    bare = mi.load_dict({"type": file.plugin, "filename": str(file.path), "face_normals": True})
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "bare.ply"
+        bare.write_ply(str(path))
+        return mi.load_dict(_reader(node, "ply", path, file.settings))
+
+
+def _reader(node, plugin, path, settings):
+    """Return the dictionary of a plugin that reads a mesh file."""
+    children = {name: value for name, value in node.values.items() if not isinstance(value, MeshFile)}
+    return dictionary(Node(node.family, plugin, {"filename": str(path), **settings, **children}))
+
+
 def dictionary(node):
     """Return a node as `mi.load_dict` takes it: a dictionary, or an object for a mesh."""
-    if any(isinstance(value, Mesh) for value in node.values.values()):
+    if "mesh" in node.values:
         return _mesh(node)
+    if "file" in node.values:
+        return _mesh_file(node)
     result = {"type": node.type}
     for name, value in node.values.items():
         if isinstance(value, Node):
@@ -67,6 +101,14 @@ def part_object(part, attributes):
     """Return a primitive that carries constant scalar attributes, for integrators of our own."""
     constants = {name: Node("texture", "rawconstant", {"value": value}) for name, value in attributes.items()}
     return dictionary(part_node(part, constants))
+
+
+def soup_object(meshes, attributes):
+    """Return one mesh of several that have one triangle each; `attributes` have a value for each of these."""
+    result = _flat(joined(meshes), mi.Properties())
+    for name, values in attributes.items():
+        result.add_attribute(name, 1, np.asarray(values, np.float32))
+    return result
 
 
 def texture_object(loaded, material):

@@ -15,6 +15,7 @@ import numpy as np
 from converters.geometry import Mesh
 from converters.mitsuba.nodes import Colour, Node, Pixels, Point
 from renderer.io.image import write_png
+from renderer.io.mesh import read_mesh
 
 VERSION = "3.0.0"  # of the scene format
 TAGS = {bool: "boolean", int: "integer", float: "float", str: "string"}
@@ -34,16 +35,26 @@ def _in_space(transform):
     return result
 
 
-def ply(mesh):
-    """Return a mesh as the bytes of a binary PLY file with texture coordinates u, v."""
+def ply(mesh, normals=None):
+    """Return a mesh as the bytes of a binary PLY file with texture coordinates u, v, if it has some, and normals."""
+    columns = [(("x", "y", "z"), mesh.vertices), (("nx", "ny", "nz"), normals), (("u", "v"), mesh.uv)]
+    columns = [(names, rows) for names, rows in columns if rows is not None]
     header = ("ply\nformat binary_little_endian 1.0\n"
               f"element vertex {len(mesh.vertices)}\n"
-              + "".join(f"property float {name}\n" for name in ("x", "y", "z", "u", "v"))
+              + "".join(f"property float {name}\n" for names, _ in columns for name in names)
               + f"element face {len(mesh.faces)}\nproperty list uchar int vertex_indices\nend_header\n")
-    corners = np.column_stack([mesh.vertices, mesh.uv]).astype("<f4")
+    corners = np.column_stack([rows for _, rows in columns]).astype("<f4")
     faces = np.empty(len(mesh.faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
     faces["count"], faces["corners"] = 3, mesh.faces
     return header.encode("ascii") + corners.tobytes() + faces.tobytes()
+
+
+def mesh_copy(file):
+    """Return the suffix and the bytes of a mesh file for Mitsuba: its own, unless Mitsuba must see other normals."""
+    if not (file.drops_normals or file.negates_normals):
+        return file.path.suffix.lower(), file.path.read_bytes()
+    data = read_mesh(str(file.path))
+    return ".ply", ply(data, -data.normals if file.negates_normals else None)
 
 
 class _Writer:
@@ -65,16 +76,26 @@ class _Writer:
         return f"{self.folder}/{name}"
 
     def node(self, depth, name, node):
-        kind = "ply" if "mesh" in node.values else node.type
-        named = ""
+        kind, values, named = node.type, node.values, ""
+        if "mesh" in values:
+            kind, values = "ply", {**values, "face_normals": True}
+        elif "file" in values:
+            kind, values = self._with_copy(values)
         if node.family in ("shape", "emitter"):
             named = f" id={quoteattr(name)}"
         elif node.family in ("bsdf", "texture"):
             named = f" name={quoteattr(name)}"
         self.line(depth, f'<{node.family} type="{kind}"{named}>')
-        for key, value in node.values.items():
+        for key, value in values.items():
             self._value(depth + 1, key, value, name)
         self.line(depth, f"</{node.family}>")
+
+    def _with_copy(self, values):
+        """Return the plugin and the values of a mesh file of which a copy lies beside the XML."""
+        file = values["file"]
+        suffix, content = mesh_copy(file)
+        children = {name: value for name, value in values.items() if name != "file"}
+        return suffix[1:], {"filename": self._asset(file.path.stem + suffix, content), **file.settings, **children}
 
     def _value(self, depth, key, value, owner):
         if isinstance(value, Node):
@@ -82,7 +103,6 @@ class _Writer:
         elif isinstance(value, Mesh):
             file = self._asset(f"{owner}.ply", ply(value))
             self.line(depth, f'<string name="filename" value={quoteattr(file)}/>')
-            self.line(depth, '<boolean name="face_normals" value="true"/>')
         elif isinstance(value, Pixels):
             file = self._asset(f"{value.name}.png", value)
             self.line(depth, f'<string name="filename" value={quoteattr(file)}/>')

@@ -27,7 +27,8 @@ class Pixels:
 class Node:
     """One Mitsuba plugin: its family (the XML element), its type, and its parameters.
 
-    Values are bool, int, float, str, Colour, Point, 3 x 3 or 4 x 4 arrays (transforms), Pixels, Mesh or Nodes.
+    Values are bool, int, float, str, Colour, Point, 3 x 3 or 4 x 4 arrays (transforms), Pixels, Mesh, MeshFile or
+    Nodes.
     """
 
     family: str

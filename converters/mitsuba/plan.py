@@ -13,12 +13,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from converters.meshes import placement
 from converters.mitsuba import materials
 from converters.mitsuba.nodes import Colour, Node, Pixels, Plan, Point
 from converters.nesting import outside_indices
 from converters.solids import camera_matrix, is_unbounded, parts, textured_plane
 from renderer.core.errors import Problem
 from renderer.io.image import read_texture
+from renderer.io.mesh import read_mesh
 
 AOVS = {"binary": "binary:albedo", "depth": "depth:depth,position:position", "normals": "normal:geo_normal",
         "uv": "uv:uv", "albedo": "albedo:albedo", "shapes": "shape:shape_index"}
@@ -47,7 +49,7 @@ class _Remarks:
 
 
 def plan(loaded):
-    """Return the Plan of a loaded scene; raises SceneError where a texture cannot be read."""
+    """Return the Plan of a loaded scene; raises SceneError where a texture or mesh cannot be read."""
     remarks, mode = _Remarks(), loaded.description.rendermode
     children = {"integrator": _integrator(loaded.description, remarks.at("rendermode")),
                 "sensor": _sensor(loaded.description)}
@@ -86,8 +88,12 @@ def _sensor(description):
     return sensor_node(description.camera, Node("sampler", "stratified", {"jitter": False, "sample_count": 1}))
 
 
-def _centre(shape, look_at):
+def _centre(loaded, shape, look_at):
     """Return a point in the middle of the shape; of a plane the foot of the point looked at."""
+    if shape.type == "mesh":
+        vertices = read_mesh(str(loaded.resolve(shape.filename))).vertices
+        to_world = placement(shape.transform)
+        return to_world[:3, :3] @ (vertices.min(axis=0) / 2 + vertices.max(axis=0) / 2) + to_world[:3, 3]
     if shape.type in ("sphere", "cylinder"):
         return np.asarray(shape.center)
     if shape.type == "plane":
@@ -103,7 +109,7 @@ def _centre(shape, look_at):
 def _typical_distance(loaded, position):
     """Return the median distance from a point to the middles of the shapes, in scene units."""
     look_at = np.asarray(loaded.description.camera.lookAt)
-    centres = [_centre(shape, look_at) for _, shape in loaded.shapes] or [look_at]
+    centres = [_centre(loaded, shape, look_at) for _, shape in loaded.shapes] or [look_at]
     return max(float(np.median(np.linalg.norm(np.array(centres) - position, axis=1))), NEAR)
 
 
@@ -133,29 +139,30 @@ def _emitters(loaded, remarks):
 
 def part_node(part, children):
     """Return the primitive as a node with the given children (material, attributes)."""
-    values = {"mesh": part.mesh} if part.kind == "mesh" else {"to_world": part.to_world}
-    return Node("shape", part.kind, {**values, **children})
+    named = {"mesh": part.mesh, "file": part.file, "to_world": part.to_world}
+    return Node("shape", part.kind, {**{name: value for name, value in named.items() if value is not None}, **children})
 
 
 def _shapes(loaded, remarks):
     """Return the nodes of all primitives, in the order of the file."""
-    mode, result = loaded.description.rendermode, {}
+    result = {}
     outside = outside_indices([shape for _, shape in loaded.shapes])
     for (number, shape), around in zip(loaded.shapes, outside):
         remark = remarks.at(f"scene.shapes[{number}]")
         if is_unbounded(shape):
             remark("unbounded convex volume is cut off far away")
-        for part in _stock_parts(shape, mode, remark):
+        for part in _stock_parts(loaded, shape, remark):
             bsdf = _bsdf(loaded, number, shape.material, around, part, remark)
             result[f"shape{number}_{part.name}"] = part_node(part, {"bsdf": bsdf})
     return result
 
 
-def _stock_parts(shape, mode, remark):
+def _stock_parts(loaded, shape, remark):
+    mode = loaded.description.rendermode
     if shape.type == "plane" and shape.material.texture is not None and mode in ("phong", "albedo"):
         remark("infinite textured plane written as a large finite rectangle around its point")
         return [textured_plane(shape)]
-    return parts(shape)
+    return parts(shape, loaded.resolve)
 
 
 def pixels(loaded, number, material):
