@@ -17,6 +17,7 @@ from renderer.core.errors import (
 
 COMMANDS = ("doctor", "schema")
 BACKENDS = ("llvm", "cuda")  # as renderer.core.backend has them, which cannot be asked without loading Dr.Jit
+ACCELS = ("auto", "bvh", "grid", "none")  # as renderer.scene.arrange has them, which loads Dr.Jit too
 ENCODINGS = ("linear", "srgb")
 MAX_SEED = 2**32 - 1
 MAX_THREADS = 1024  # more threads than that are a typing mistake that would exhaust the machine
@@ -95,6 +96,8 @@ def build_parser():
 
     add = parser.add_argument_group("how it is computed").add_argument
     add("--backend", choices=BACKENDS, metavar="NAME", help=" | ".join(BACKENDS) + " (default: what works here)")
+    add("--accel", choices=ACCELS, default="auto", metavar="NAME",
+        help=" | ".join(ACCELS) + ": how rays find shapes (default auto: bvh for meshes and many shapes)")
     add("--threads", type=_integer(1, MAX_THREADS), metavar="N", help="threads of the CPU (default: all)")
     add("-q", "--quiet", action="store_true", help="print nothing but warnings and errors")
     add("--version", action="version", version=f"renderer {__version__}")
@@ -177,7 +180,7 @@ def _trace(loaded, options):
     render = _load_engine(options.backend, options.threads)
     progress = Progress(None if options.quiet else sys.stderr)
     try:
-        return render(loaded, seed=options.seed, progress=progress)
+        return render(loaded, seed=options.seed, accel=options.accel, progress=progress)
     finally:
         progress.close()
 

@@ -53,23 +53,28 @@ class Bvh:
         """Return lanes at the root."""
         return Walk(dr.zeros(UInt32, lanes), dr.zeros(UInt32, lanes), dr.alloc_local(UInt32, MAX_DEPTH))
 
-    def step(self, walk, slabs, t, index, leaf, active, any_hit, jump=False):
+    def fetch(self, walk, active):
+        """Return what `step` reads from memory: the lane's record, and the top of its stack where there is one.
+
+        The stack is read whether that is needed or not, so that nothing waits for it later.
+        """
+        filled = active & (walk.height > 0)
+        return read(self._records, walk.record, active), walk.stack.read(dr.select(filled, walk.height - 1, 0), filled)
+
+    def step(self, walk, fetched, slabs, t, index, leaf, active, any_hit, jump=False):
         """Return the walk one record further, the closest hit so far, and which lanes are not yet done.
 
         Lanes with `any_hit` are done as soon as something closer than their t was met. `jump` is for coherent rays:
         leaf tests are jumped over where no lane of a packet is at a leaf.
         """
-        # the stack is read early, whether it is needed or not, so that nothing waits for it
-        filled = walk.height > 0
-        top = walk.stack.read(dr.select(filled, walk.height - 1, 0), filled & active)
-        words = read(self._records, walk.record, active)
+        words, top = fetched
         at_leaf = words[TAG] >= LEAF
         nearest, *others = _sorted(_entries(words, slabs, t))
         enters = (nearest != MISSED) & ~at_leaf
 
         # what waits: the other children, or what is left on top of the stack when its next child is taken
         pushes = enters & (others[0] != MISSED)
-        pops = ~enters & filled
+        pops = ~enters & (walk.height > 0)
         next_slot, rest, keeps = _take(top)
         keeps &= pops
         place = lesser(dr.select(pushes, walk.height, walk.height - 1), UInt32(STACK_TOP))
@@ -96,7 +101,7 @@ class Bvh:
         _, t, index, _ = dr.while_loop(
             (self.start(lanes), t, index, active),
             lambda walk, t, index, active: active,
-            lambda walk, t, index, active: self.step(walk, slabs, t, index, leaf, active, any_hit, jump=True),
+            lambda walk, *state: self.step(walk, self.fetch(walk, state[-1]), slabs, *state[:2], leaf, state[2], any_hit, True),
             label="bvh",
         )
         return t, index

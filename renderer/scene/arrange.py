@@ -21,7 +21,7 @@ from renderer.scene.geometry import TRIANGLES, ShapeGroup
 from renderer.shapes import KINDS
 
 AUTO = "auto"
-STRUCTURES = (AUTO, "bvh", "none")
+STRUCTURES = (AUTO, "bvh", "grid", "none")
 
 
 def arrange(loaded, accel):
@@ -96,6 +96,10 @@ def _structure(accel, shapes, groups, triangles):
     leaves, lo, hi = _joined(parts)
     if accel == "none":
         return BruteForce(leaves)
+    if accel == "grid":
+        from renderer.accel.grid import Grid  # few ask for it
+
+        return Grid.over(leaves, lo, hi)
     reach = dr.max([dr.max(greater(abs(a), abs(b))) for a, b in zip(lo, hi)])
     dr.make_opaque(reach)
     return Bvh(assemble(build(lo, hi), leaves), reach)

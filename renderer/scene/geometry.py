@@ -88,7 +88,14 @@ class Geometry:
 
     def intersect(self, ray):
         """Return the closest hit of each ray."""
-        t, index = Float(FAR), UInt32(NO_SHAPE)
+        t, index = self.loose_hit(ray, Float(FAR))
+        if self.structure is not None:
+            t, index = self.structure.trace(ray, t, index, self.leaf_test(ray), Bool(True))
+        return Hit(t, index)
+
+    def loose_hit(self, ray, end):
+        """Return the closest hit before `end` with shapes outside of the structure: distance, `end` for none, and index."""
+        t, index = end, UInt32(NO_SHAPE)
         t_min = _closest_allowed(ray)
         for group in self._loose:
 
@@ -99,9 +106,7 @@ class Geometry:
                 return dr.select(closer, distance, t), dr.select(closer, this, index)
 
             t, index = repeat(group.rows.count, closer, (t, index), f"intersect {group.kind.name}", self._unroll)
-        if self.structure is not None:
-            t, index = self.structure.trace(ray, t, index, self.leaf_test(ray, t_min), Bool(True))
-        return Hit(t, index)
+        return t, index
 
     def occluded(self, ray, distance, active):
         """Return whether anything lies on the rays before `distance`; False where not active."""
@@ -115,13 +120,13 @@ class Geometry:
 
             (blocked,) = repeat(group.rows.count, block, (blocked,), f"occlude {group.kind.name}", self._unroll)
         if self.structure is not None:
-            leaf = self.leaf_test(ray, t_min)
-            _, index = self.structure.trace(ray, end, UInt32(NO_SHAPE), leaf, ~blocked, any_hit=True)
+            _, index = self.structure.trace(ray, end, UInt32(NO_SHAPE), self.leaf_test(ray), ~blocked, any_hit=True)
             blocked |= index != NO_SHAPE
         return blocked & active
 
-    def leaf_test(self, ray, t_min):
+    def leaf_test(self, ray):
         """Return the function that a structure calls with the words of a leaf: (words) -> (met, distance, index)."""
+        t_min = _closest_allowed(ray)
         groups = [group for group in self.shapes if group.code is not None]
         axes = watertight.Axes.of(ray) if self.triangles else None
 
