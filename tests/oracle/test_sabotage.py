@@ -11,6 +11,7 @@ import pytest
 from tests.support import oracle as sides
 from tests.support.compare import Mismatch
 from tests.support.documents import GLASS, GROUND, MIRROR, SHINY, changed, scene, shape, write_texture
+from tests.support.meshes import lump, mesh, write
 
 pytestmark = pytest.mark.oracle
 
@@ -19,7 +20,44 @@ TEXTURED = {**SHINY, "texture": "texture.png", "scaleU": 1.7, "scaleV": 1.3, "te
 ROOM = {"type": "sphere", "center": [0.3, 0.2, 0.1], "radius": 8.0, "material": TEXTURED}
 BALL = {"type": "sphere", "center": [-1.2, 0.1, -0.5], "radius": 0.5, "material": {"diffusecolor": [0.2, 0.5, 0.9]}}
 WATER = {"type": "sphere", "center": [0.05, 0.1, 0.0], "radius": 1.2, "material": {**GLASS, "refractiveindex": 1.33}}
+STRETCH, TURN = {"scale": [0.5, 1.1, 0.8]}, {"rotate": {"axis": [0.3, 1.0, -0.5], "angle": 70.0}}
+SHEAR = {"matrix": [0.8, 0.4, 0, 0.1, 0, 0.7, 0, 0, 0, -0.3, 0.9, 0.2, 0, 0, 0, 1]}
+RIGHT = lump(200)
+
+
+def moved(index, offset):
+    """Return the mesh with one vertex elsewhere."""
+    vertices = RIGHT.vertices.copy()
+    vertices[index] += offset
+    return RIGHT.but(vertices=vertices)
+
+
+MESHES = {  # file: what somebody could have made of the right one
+    "right": RIGHT,
+    "plain": RIGHT.but(normals=None),
+    "plain_inside_out": RIGHT.but(normals=None).inside_out,
+    "negated": RIGHT.but(normals=-RIGHT.normals),
+    "matrix_for_normals": RIGHT.but(normals=RIGHT.normals * np.square(STRETCH["scale"])),  # not the inverse transpose
+    "rolled_normals": RIGHT.but(normals=np.roll(RIGHT.normals, 1, axis=0)),  # those of the neighbouring vertex
+    "rolled_uv": RIGHT.but(uv=np.roll(RIGHT.uv, 1, axis=0)),
+    "flipped_v": RIGHT.but(uv=RIGHT.uv * [1, -1] + [0, 1]),
+    "swapped_uv": RIGHT.but(uv=RIGHT.uv[:, ::-1]),
+    "wrong_corners": RIGHT.unshared.but(uv=np.roll(RIGHT.unshared.uv.reshape(-1, 3, 2), 1, axis=1).reshape(-1, 2)),
+    "hole": RIGHT.but(faces=np.delete(RIGHT.faces, RIGHT.vertices[RIGHT.faces].mean(1)[:, 2].argmin(), 0)),  # in front
+    "dent": moved(RIGHT.vertices[:, 2].argmin(), [0, 0, 0.01]),  # of the vertex nearest to the camera
+}
 BASES = {
+    "mesh": scene(mesh("right.ply", SHINY), GROUND),
+    "mesh_plain": scene(mesh("plain.ply", SHINY), GROUND),
+    "mesh_smooth": scene(mesh("plain.ply", SHINY, normals="smooth"), GROUND),
+    "mesh_stretched": scene(mesh("right.ply", SHINY, STRETCH, TURN), GROUND),
+    "mesh_mirrored": scene(mesh("right.ply", SHINY, TURN, {"scale": [-0.9, 1, 1]}), GROUND),
+    "mesh_sheared": scene(mesh("right.ply", SHINY, SHEAR), GROUND),
+    "mesh_texture": scene(mesh("right.ply", TEXTURED), GROUND),
+    "mesh_mirror": scene(mesh("right.ply", MIRROR), BALL, ROOM),
+    "mesh_glass": scene(mesh("plain.ply", {**GLASS, "refractiveindex": 1.2}), BALL, ROOM),
+    "meshes": scene(mesh("right.ply", SHINY, {"scale": 0.6}, {"translate": [-0.6, 0, 0]}),
+                    mesh("plain.ply", {**SHINY, "diffusecolor": [0.2, 0.5, 0.9]}, {"scale": 0.6}, {"translate": [0.6, 0, 0]})),
     "sphere": scene(shape("sphere"), GROUND),
     "cylinder": scene(shape("cylinder"), GROUND),
     "triangle": scene(shape("triangle"), GROUND),
@@ -43,6 +81,18 @@ MATERIAL = FIRST + "material."
 def times(factor):
     """Return a function that scales a number or a vector."""
     return lambda old: [factor * x for x in old] if isinstance(old, (list, tuple)) else factor * old
+
+
+def add_to(offset):
+    """Return a function that adds to a number."""
+    return lambda old: old + offset
+
+
+def transposed(old):
+    """Return the linear part of sixteen numbers transposed."""
+    rows = np.reshape(old, (4, 4)).copy()
+    rows[:3, :3] = rows[:3, :3].T.copy()
+    return rows.ravel().tolist()
 
 
 def add(*offset):
@@ -87,6 +137,33 @@ SABOTAGE = [  # base scene, key that is wrong, wrong value, picture that must be
     ("convex_halfspaces", FIRST + "halfspaces.4.3", times(1.01), "depth"),
     ("convex_halfspaces", FIRST + "halfspaces.0", times(-1), "shape"),  # half-space on the wrong side
     ("convex_vertices", FIRST + "vertices.3", add(0, 0.01, 0), "normal"),
+    ("mesh_plain", FIRST + "filename", "plain_inside_out.ply", "normal"),  # windings reversed
+    ("mesh", FIRST + "filename", "negated.ply", "rgb"),
+    ("mesh", FIRST + "filename", "rolled_normals.ply", "rgb"),
+    ("mesh", FIRST + "filename", "rolled_uv.ply", "uv"),
+    ("mesh", FIRST + "filename", "flipped_v.ply", "uv"),
+    ("mesh", FIRST + "filename", "swapped_uv.ply", "uv"),
+    ("mesh", FIRST + "filename", "wrong_corners.ply", "uv"),  # barycentric coordinates of another corner
+    ("mesh", FIRST + "filename", "hole.ply", "depth"),
+    ("mesh", FIRST + "filename", "dent.ply", "depth"),
+    ("mesh", FIRST + "normals", "flat", "rgb"),
+    ("mesh", FIRST + "normals", "smooth", "rgb"),
+    ("mesh_smooth", FIRST + "normals", "file", "rgb"),  # flat for smooth
+    ("mesh_stretched", FIRST + "transform", [TURN, STRETCH], "shape"),  # steps in reverse order
+    ("mesh_stretched", FIRST + "transform.1.rotate.angle", times(-1), "shape"),  # rotation transposed
+    ("mesh_stretched", FIRST + "transform.1.rotate.angle", add_to(0.1), "depth"),
+    ("mesh_stretched", FIRST + "filename", "matrix_for_normals.ply", "rgb"),
+    ("mesh_mirrored", FIRST + "transform.1.scale", [0.9, 1, 1], "shape"),  # not mirrored
+    ("mesh_mirrored", FIRST + "filename", "negated.ply", "rgb"),
+    ("mesh_sheared", FIRST + "transform.0.matrix", transposed, "shape"),
+    ("mesh_sheared", FIRST + "transform.0.matrix.3", add_to(0.002), "depth"),
+    ("mesh_texture", MATERIAL + "texture", "flipped.png", "albedo"),
+    ("mesh_texture", FIRST + "filename", "flipped_v.ply", "rgb"),
+    ("mesh_mirror", FIRST + "normals", "flat", "rgb"),
+    ("mesh_glass", MATERIAL + "refractiveindex", 1.21, "rgb"),
+    ("mesh_glass", FIRST + "normals", "smooth", "rgb"),
+    ("meshes", "scene.shapes", lambda old: old[::-1], "shape"),  # numbers of the other mesh
+    ("meshes", MATERIAL + "diffusecolor", [0.2, 0.5, 0.9], "albedo"),  # material of the neighbour
     ("sphere", MATERIAL + "diffusecolor", times(1.01), "albedo"),
     ("sphere", MATERIAL + "diffusecolor", times(1.01), "rgb"),  # one percent of a colour
     ("sphere", MATERIAL + "diffusecolor", swap(0, 2), "rgb"),  # red and blue exchanged
@@ -133,6 +210,8 @@ def right(tmp_path_factory):
         folder = tmp_path_factory.mktemp(base)
         write_texture(folder / "texture.png")
         write_texture(folder / "flipped.png", flip=True)
+        for name, model in MESHES.items() if base.startswith("mesh") else ():
+            write(folder / f"{name}.ply", model)
         return folder, sides.Oracle(sides.prepare(sides.write(folder, BASES[base]), *SIZE))
 
     return get
