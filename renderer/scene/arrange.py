@@ -56,7 +56,7 @@ def arrange(loaded, accel):
         sheets_and_meshes = [*shapes[solids:], *(shape for _, shape in meshes)]
         uv_shown = loaded.description.rendermode == "uv"
         triangles = gather(sheets_and_meshes, read_meshes(loaded, meshes), solids, uv_shown)
-    structure = _structure(accel, shapes, groups, triangles) if inside or meshes else None
+    structure = structure_over(triangles, groups, shapes, accel) if inside or meshes else None
     ordered = [*others, *meshes]
     return ordered, {
         "shapes": groups, "triangles": triangles, "structure": structure, "shape_count": len(ordered)
@@ -78,8 +78,8 @@ def _groups(shapes, structured):
         first += len(members)
 
 
-def _structure(accel, shapes, groups, triangles):
-    """Return the structure over triangles and over the groups with a code."""
+def structure_over(triangles, groups=(), shapes=(), accel="bvh"):
+    """Return the structure over Triangles, or None, and over those ShapeGroups of `shapes` that have a code."""
     parts = []
     if triangles is not None:
         pairs = pair(*triangles.positions())

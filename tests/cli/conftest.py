@@ -66,10 +66,11 @@ def scene(tmp_path, monkeypatch):
 @pytest.fixture
 def engine(monkeypatch):
     """A stand-in engine: `calls` records what it was asked, `render` may be replaced."""
-    stand_in = SimpleNamespace(calls=[], loaded=[], pictures=[], render=None)
+    stand_in = SimpleNamespace(calls=[], accels=[], loaded=[], pictures=[], render=None)
 
-    def render(loaded, *, seed=0, progress=None):
+    def render(loaded, *, seed=0, accel="auto", progress=None):
         stand_in.calls.append((loaded, seed))
+        stand_in.accels.append(accel)
         if stand_in.render is not None:
             return stand_in.render(loaded, seed=seed, progress=progress)
         stand_in.pictures.append(StandInPicture(loaded))

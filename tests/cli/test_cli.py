@@ -69,6 +69,23 @@ def test_backend_and_threads_reach_the_engine(scene, engine):
     assert engine.loaded == [("llvm", 3)]
 
 
+@pytest.mark.parametrize("options, accel", [
+    ([], "auto"), (["--accel", "bvh"], "bvh"), (["--accel=grid"], "grid"), (["--accel", "none"], "none"),
+])
+def test_structure_reaches_the_engine(scene, engine, options, accel):
+    """By its name; without the option the scene decides."""
+    assert cli.main([scene, *options]) == 0
+    assert engine.accels == [accel]
+
+
+def test_unknown_structure_is_told_with_those_there_are(scene, engine, capsys):
+    """And nothing is rendered."""
+    assert cli.main([scene, "--accel", "octree"]) == 2
+    said = capsys.readouterr().err
+    assert "--accel" in said and "'octree'" in said and all(name in said for name in cli.ACCELS)
+    assert engine.calls == []
+
+
 def test_exr_carries_the_settings(scene, engine):
     """A picture tells how it was made."""
     assert cli.main([scene, "-o", "x.exr", "--samples", "4", "--seed", "5", "--exposure", "0.2"]) == 0

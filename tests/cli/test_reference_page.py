@@ -52,6 +52,12 @@ def test_backends_are_those_of_the_engine(run_python):
     assert run_python(code).stdout == "True\n"
 
 
+def test_structures_are_those_of_the_engine(run_python):
+    """A copy for the same reason."""
+    code = "from renderer.scene import arrange; from renderer import cli; print(arrange.STRUCTURES == cli.ACCELS)"
+    assert run_python(code).stdout == "True\n"
+
+
 def test_version_is_printed(capfd):
     """`--version` names the program and its version."""
     try:

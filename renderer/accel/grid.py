@@ -1,0 +1,164 @@
+"""Traversal of a uniform grid in lanes: from cell to cell along the ray, in the order of the ray [Amanatides1987].
+
+A lane is in one cell, and at one entry of its list or between two cells: in every iteration it tests its next entry, or
+goes a few cells on until it meets a list. So no lane waits for the fullest cell of its packet. A crossing's distance
+is computed from the number of crossings before it, so that errors do not add up on the way.
+
+**No item is missed.** A leaf test may find a hit off its box by the rounding of `slabs`, and the way through the cells
+is off by less than that again: GRID_ROUNDOFFS of |o| + reach together. As long as this is less than the margin by which
+boxes were widened when they were entered into cells, the cell in which the walk is at the distance of a hit has the
+item in its list, and the walk goes on until it is there. Therefore rays from farther away take a coarser level with a
+wider margin, and those from beyond that the last level: a single cell, in which everything is. For a scene of
+extent 1 whose first level has N cells along its longest side, the levels reach to origins at about 16000 / N and
+500000 / N.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+
+from renderer.accel.grid_build import (
+    BORDER, CORNER, COUNTS, DENSITY, EDGE, EMPTY, FIRST, LAST, PER_EDGE, STRIDES, edge_for, enter, layout,
+)
+from renderer.accel.records import read
+from renderer.accel.slabs import BOX_ROUNDOFFS, Slabs
+from renderer.core.backend import Float, UInt32, Vector3f
+from renderer.core.numeric import EPSILON, greater, lesser, widened
+
+GRID_ROUNDOFFS = 2 * BOX_ROUNDOFFS  # of |o| + reach
+NEAR_SHARE, FAR_SHARE = 1 / 16, 1 / 4  # of the margins in the edges
+FAR_EDGE = 8.0  # edge of the coarser level over that of the first
+STEPS = 4  # cells that a lane goes between two tests at most
+LEAST_EDGE = 1e-30  # scene units
+
+
+@dataclass
+class Walk:
+    """Where a lane is in the grid."""
+
+    entry: UInt32  # in the cell's list; EMPTY between cells
+    cell: UInt32
+    crossed: Vector3f  # planes crossed along each axis
+
+
+@dataclass
+class Course:
+    """What a lane's way is made of: plane k along an axis is crossed at the distance first + k pitch."""
+
+    first: Vector3f
+    pitch: Vector3f
+    strides: list  # for each axis the difference of cells, modulo 2^32
+    slack: Float  # of distances along the ray
+
+
+class Grid:
+    """The interface of Bvh, by a grid of cubes with lists of the items in them."""
+
+    def __init__(self, leaves, levels, bounds):
+        """Hold leaf records (UInt32, evaluated) in `levels`, [(Layout, cells, entries)] as `over` makes them."""
+        lowest, highest = bounds
+        self._leaves, self.layouts = leaves, [level[0] for level in levels]
+        self._cells, self._entries = (dr.concat([level[k] for level in levels]) for k in (1, 2))
+        before = [sum(other[0].cell_count for other in levels[:k]) for k in range(len(levels))]
+        self._levels = dr.concat([level[0].record(count) for level, count in zip(levels, before)])
+        self._margins = [dr.opaque(Float, level[0].margin) for level in levels[:-1]]
+        self._reach = dr.opaque(Float, max(map(abs, (*lowest, *highest))))
+        self._lowest, self._highest = ([dr.opaque(Float, value) for value in corner] for corner in bounds)
+        dr.eval(self._cells, self._entries, self._levels)
+
+    @classmethod
+    def over(cls, leaves, lo, hi, density=DENSITY):
+        """Return the grid over items with leaf records (UInt32, 16 words each) and boxes (Vector3f, finite, lo <= hi).
+
+        There must be at least one; boxes may be flat, points, or all the same. `density` is the number of cells an item.
+        """
+        dr.eval(lo, hi)
+        bounds = tuple(dr.min(axis)[0] for axis in lo), tuple(dr.max(axis)[0] for axis in hi)
+        size = [high - low for low, high in zip(*bounds)]
+        reach = max(abs(value) for corner in bounds for value in corner)
+        # so large that the first level serves rays that start in the scene
+        least = 2 * reach * GRID_ROUNDOFFS * EPSILON / NEAR_SHARE
+        near = layout(lo, hi, bounds, max(edge_for(size, density * len(lo.x)), least, LEAST_EDGE), NEAR_SHARE)
+        far = layout(lo, hi, bounds, FAR_EDGE * near.edge, FAR_SHARE)
+        whole = layout(lo, hi, bounds, max(4 * max(size), LEAST_EDGE), FAR_SHARE)
+        levels, entries = [], 0
+        for made in (near, far, whole):
+            levels.append((made, *enter(made, lo, hi, entries)))
+            entries += len(levels[-1][2])
+        return cls(leaves, levels, bounds)
+
+    def trace(self, ray, t, index, leaf, active, any_hit=False):
+        """Return distance and index of the closest hit of each active ray, or of any; what was given where it has none."""
+        lanes = max(dr.width(ray), dr.width(t), dr.width(active))
+        t, index, active = (widened(value, lanes) for value in (t, index, active))
+        walk, course, active = self._start(ray, t, active, lanes)
+        _, t, index, _ = dr.while_loop(
+            (walk, t, index, active),
+            lambda walk, t, index, active: active,
+            lambda walk, t, index, active: self._step(walk, course, t, index, leaf, active, any_hit),
+            label="grid",
+        )
+        return t, index
+
+    def _start(self, ray, t, active, lanes):
+        """Return the walks where rays enter the grid, their courses, and which rays enter at all."""
+        slabs = Slabs.of(ray, self._reach)
+        near, far = Float(0), t
+        for axis in range(3):
+            low, high = self._lowest[axis], self._highest[axis]
+            negative, slack = slabs.negative[axis], slabs.slack[axis]
+            enters, leaves = dr.select(negative, high, low), dr.select(negative, low, high)
+            near = greater(dr.fma(enters - ray.o[axis], slabs.rate[axis], -slack), near)
+            far = lesser(dr.fma(leaves - ray.o[axis], slabs.rate[axis], slack), far)
+        active = active & (near <= far)
+
+        o = abs(ray.o)
+        size = greater(o.x, greater(o.y, o.z)) + self._reach
+        rounding = size * Float(GRID_ROUNDOFFS * EPSILON)
+        level = dr.select(rounding <= self._margins[0], UInt32(0), dr.select(rounding <= self._margins[1], UInt32(1), 2))
+        words = read(self._levels, widened(level, lanes), active)
+        floats = [dr.reinterpret_array(Float, word) for word in words[:STRIDES]]
+        cell, first, strides = words[FIRST], Vector3f(0), []
+        for axis in range(3):
+            negative, corner = slabs.negative[axis], floats[CORNER + axis]
+            position = (dr.fma(ray.d[axis], near, ray.o[axis]) - corner) * floats[PER_EDGE]
+            place = UInt32(lesser(greater(position, Float(0)), floats[COUNTS + axis] - 1))
+            cell = cell + place * words[STRIDES + axis]
+            plane = dr.fma(Float(place) + dr.select(negative, Float(0), 1), floats[EDGE], corner)
+            first[axis] = (plane - ray.o[axis]) * slabs.rate[axis]
+            strides.append(dr.select(negative, 0 - words[STRIDES + axis], words[STRIDES + axis]))
+        course = Course(first, abs(slabs.rate) * floats[EDGE], strides, rounding)
+        return Walk(dr.gather(UInt32, self._cells, cell, active), cell, dr.zeros(Vector3f, lanes)), course, active
+
+    def _step(self, walk, course, t, index, leaf, active, any_hit):
+        """Return the walk one entry or a few cells further, the closest hit so far, and which lanes are not yet done."""
+        for _ in range(STEPS):
+            walk, active = self._cross(walk, course, t, active)
+        tests = active & (walk.entry != EMPTY)
+        entry = dr.gather(UInt32, self._entries, walk.entry, tests)
+        met, distance, primitive = leaf(read(self._leaves, entry & ~UInt32(LAST), tests))
+        closer = tests & met & ((distance < t) | ((distance == t) & (primitive < index)))
+        t, index = dr.select(closer, distance, t), dr.select(closer, primitive, index)
+        following = dr.select(entry >= LAST, UInt32(EMPTY), walk.entry + 1)
+        walk = Walk(dr.select(tests, following, walk.entry), walk.cell, walk.crossed)
+        return walk, t, index, active if any_hit is False else active & ~(closer & any_hit)
+
+    def _cross(self, walk, course, t, active):
+        """Return the walk with lanes between cells one cell further, and without those that are through."""
+        x, y, z = (dr.fma(walk.crossed[k], course.pitch[k], course.first[k]) for k in range(3))
+        # one of the three is true, whatever is NaN: at every crossing the lane comes nearer to the border
+        along_x = (x <= y) & (x <= z)
+        along_y = ~along_x & (y <= z)
+        distance = dr.select(along_x, x, dr.select(along_y, y, z))
+        goes = active & (walk.entry == EMPTY)
+        through = goes & (distance > t + course.slack)
+        goes = goes & ~through
+        stride = dr.select(along_x, course.strides[0], dr.select(along_y, course.strides[1], course.strides[2]))
+        cell = dr.select(goes, walk.cell + stride, walk.cell)
+        entry = dr.select(goes, dr.gather(UInt32, self._cells, cell, goes), walk.entry)
+        one, none = Float(1), Float(0)
+        ways = (along_x, along_y, ~along_x & ~along_y)
+        crossed = Vector3f(*(walk.crossed[k] + dr.select(goes & ways[k], one, none) for k in range(3)))
+        return Walk(entry, cell, crossed), active & ~through & (entry != BORDER)
