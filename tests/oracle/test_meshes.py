@@ -58,6 +58,17 @@ def test_mesh_normals_computed(agree, tmp_path, name, with_normals):
     agree(scene(mesh(name, SHINY, normals="smooth"), GROUND))
 
 
+@pytest.mark.parametrize("normals", ["file", "smooth"])
+def test_mesh_with_creases(agree, tmp_path, normals):
+    """Where the faces of an OBJ file share positions and not normals, neither smooths across the edge."""
+    lines = [f"v {x} {y} {z}" for x in (-0.6, 0.5) for y in (-0.5, 0.6) for z in (-0.7, 0.4)]
+    lines += ["vn -1 0 0.1", "vn 1 0 0", "vn 0 -1 0", "vn 0.1 1 0", "vn 0 0.2 -1", "vn 0 0 1"]
+    faces = (1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4)
+    lines += ["f " + " ".join(f"{v}//{n}" for v in face) for n, face in enumerate(faces, 1)]
+    (tmp_path / "a.obj").write_text("\n".join(lines))
+    agree(scene(mesh("a.obj", SHINY, TURN, normals=normals), GROUND))
+
+
 @pytest.mark.parametrize("name", ["a.ply", "a.obj"])
 def test_mesh_flat_in_spite_of_normals(agree, tmp_path, name):
     """The file's normals can be put aside."""
