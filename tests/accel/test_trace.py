@@ -188,11 +188,23 @@ def test_no_lanes_wait_for_others(rng):
     scene = geometry(corners, "bvh")
     o, d = rays_among(corners, rng, 1000)
     ray, active = lanes(o, d), rng.random(1000) < 0.5
-    leaf = scene.leaf_test(ray, Float(0))
+    leaf = scene.leaf_test(ray)
     t, index = scene.structure.trace(ray, Float(FAR), UInt32(7), leaf, Bool(active))
     expected, distance = closest(scene, ray)
     assert np.array_equal(index.numpy(), np.where(active & (expected != NO_SHAPE), expected, 7))
     assert np.array_equal(t.numpy(), np.where(active, distance, np.float32(FAR)))
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 15, 16, 17])
+def test_a_few_rays(rng, count):
+    """The same as among many: Dr.Jit takes what has one lane for the same everywhere, stacks included."""
+    corners = soup("bumpy", rng)
+    scene = geometry(corners, "bvh")
+    o, d = rays_among(corners, rng, 200 * count)
+    index, t = closest(scene, lanes(o, d))
+    for first in range(0, 20 * count, count):
+        some = slice(first, first + count)
+        assert_same(closest(scene, lanes(o[some], d[some])), (index[some], t[some]))
 
 
 @pytest.mark.slow

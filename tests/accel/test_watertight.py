@@ -68,11 +68,17 @@ def aimed(o, target, rng):
     return d
 
 
-def met(scene, o, d, left=None, t_min=0.0):
-    """Return the triangles that rays meet at distances beyond `t_min`, but for those in `left`; NO_SHAPE for none."""
+def met(scene, o, d, left=None, beyond=None):
+    """Return the triangles that rays meet, but for those in `left`, and beyond a distance if given; NO_SHAPE for none."""
     ray = Ray(vectors(o), vectors(d), None if left is None else UInt32(left), None if left is None else Bool(False))
-    leaf = scene.leaf_test(ray, Float(t_min))
-    _, index = scene.structure.trace(ray, Float(FAR), UInt32(NO_SHAPE), leaf, Bool(True))
+    leaf = scene.leaf_test(ray)
+
+    def farther(words):
+        inside, t, index = leaf(words)
+        return inside & (t > beyond), t, index
+
+    test = leaf if beyond is None else farther
+    _, index = scene.structure.trace(ray, Float(FAR), UInt32(NO_SHAPE), test, Bool(True))
     return index.numpy()
 
 
@@ -163,7 +169,7 @@ def test_through_the_middle_from_afar_both_sides_are_met(rng):
         middle = np.float32(-(o.astype(np.float64) * d).sum(1))
         front = mesh.scene.intersect(Ray(vectors(o), vectors(d)))
         assert (front.t.numpy() < middle).all()
-        assert (met(mesh.scene, o, d, t_min=middle) != NO_SHAPE).all()
+        assert (met(mesh.scene, o, d, beyond=Float(middle)) != NO_SHAPE).all()
 
 
 # Sabotage: each must leak

@@ -6,7 +6,7 @@ import numpy as np
 from renderer.core.backend import Float, UInt32, Vector3f
 from renderer.core.numeric import EPSILON
 from renderer.core.records import Ray
-from renderer.scene.arrange import _structure
+from renderer.scene.arrange import structure_over
 from renderer.scene.geometry import Geometry
 from renderer.scene.triangles import PLAIN, Triangles
 
@@ -27,7 +27,7 @@ def geometry(corners, accel):
     vertices = np.zeros((3 * count, PLAIN), np.float32)
     vertices[:, :3] = corners.reshape(-1, 3)
     triangles = Triangles(Float(vertices.ravel()), UInt32(faces.ravel()), PLAIN, 0, True)
-    return Geometry((), triangles, _structure(accel, [], (), triangles), 1)
+    return Geometry((), triangles, structure_over(triangles, accel=accel), 1)
 
 
 def unit(directions):
