@@ -1,7 +1,7 @@
 """`python -m tools.testsuite`: render what is handed in under TestSuite/.
 
 The coursework's pictures as PPM at full size, a contact sheet of them beside Mitsuba's pictures and the difference
-of the two, and the same sheet for the smallest scene of every feature.
+of the two, the same sheet for the smallest scene of every feature, and the Utah teapot.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ PICTURES = {  # name in TestSuite/: scene and render mode
 }
 CELL = 300, 200  # pixels of one picture on a sheet
 CAPTION = 14  # pixels below it
+TEAPOT_SAMPLES = 16  # rays a pixel
 DIFFERENCE_GAIN = 20  # a difference of 1/20 of white is white
 
 
@@ -130,6 +131,13 @@ def antialiased(folder):
     save(page, folder / "antialiased.png")
 
 
+def teapot(folder):
+    """Write the teapot scene at full size."""
+    picture = render(override(load(str(ROOT / "scenes" / "teapot.json")), samples=TEAPOT_SAMPLES))
+    write_png(folder / "teapot.png", picture.rgb8(), picture.width, picture.height)
+    print(folder / "teapot.png")
+
+
 def features(folder):
     """Write the contact sheet of the smallest scene of every feature."""
     rows = []
@@ -149,6 +157,7 @@ def main(arguments=None):
         coursework(folder)
         features(folder)
         antialiased(folder)
+        teapot(folder)
     except SceneError as error:
         print(error)
         return 2

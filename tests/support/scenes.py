@@ -38,7 +38,9 @@ def point_light(position, intensity=(1.0, 1.0, 1.0)):
     return {"type": "pointlight", "position": list(position), "intensity": list(intensity)}
 
 
-# settings of every shape kind, one of them extreme
+# Settings of every kind of shape that lanes know, one of them extreme. A mesh is none of these kinds: what lanes meet
+# are its triangles, on their way through a structure. tests/engine/test_mesh_scenes.py and tests/oracle/test_meshes.py
+# hold it to the same contract.
 SHAPES = {
     "sphere": [
         {"type": "sphere", "center": [0.3, -0.2, 0.1], "radius": 0.7},
