@@ -82,7 +82,8 @@ def soup():
         colour = [round(c, 2) for c in colorsys.hsv_to_rgb(hue, 0.6, 0.9)]
         keys = dict(zip(("v0", "v1", "v2"), corners), material={"diffusecolor": colour})
         shapes.append(json.dumps({"type": "triangle", **keys}))
-    floor = {"type": "plane", "point": [0, -1.1, 0], "normal": [0, 1, 0], "material": {"diffusecolor": [0.7] * 3, "ks": 0}}
+    grey = {"diffusecolor": [0.7] * 3, "ks": 0}
+    floor = {"type": "plane", "point": [0, -1.1, 0], "normal": [0, 1, 0], "material": grey}
     camera = {"width": 300, "height": 200, "fov": 38, "position": [0.6, 2.6, -5], "lookAt": [0, -0.1, 0]}
     light = {"type": "pointlight", "position": [-3, 5, -2], "intensity": [0.75, 0.75, 0.7]}
     head = json.dumps({"backgroundcolor": [0.3, 0.36, 0.44], "lightsources": [light]})[:-1]

@@ -47,7 +47,7 @@ def normals_of(described):
 
 @pytest.mark.parametrize(("name", "brings", "normals", "move"), CASES)
 def test_xml_is_the_dictionary(tmp_path, name, brings, normals, move):
-    """The XML with its copy of the mesh has the dictionary's normals of either kind; both have the exact counterpart's."""
+    """The XML with its copy of the mesh has the dictionary's normals of either kind, and the exact counterpart's."""
     loaded = case(tmp_path, name, brings, normals, move)
     export.write_xml(loaded, tmp_path / "scene.xml")
     from_dict, from_xml = mi.load_dict(export.to_dict(loaded)), mi.load_file(str(tmp_path / "scene.xml"))
@@ -118,8 +118,9 @@ def test_placement_is_the_renderers():
     """Two ways to the matrix of random steps, which share nothing."""
     rng = np.random.default_rng(5)
     for _ in range(50):
+        rotation = schema.Rotation(axis=tuple(rng.normal(size=3)), angle=float(rng.uniform(-400, 400)))
         steps = (schema.Step(scale=tuple(rng.uniform(-2, 2, 3))), schema.Step(translate=tuple(rng.normal(size=3))),
-                 schema.Step(rotate=schema.Rotation(axis=tuple(rng.normal(size=3)), angle=float(rng.uniform(-400, 400)))),
+                 schema.Step(rotate=rotation),
                  schema.Step(matrix=(*rng.normal(size=12), 0.0, 0.0, 0.0, 1.0)))
         steps = tuple(steps[k] for k in rng.permutation(4))
         assert np.allclose(meshes.placement(steps), transform.matrix(steps), rtol=1e-12, atol=1e-12)

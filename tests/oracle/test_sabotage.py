@@ -57,7 +57,7 @@ BASES = {
     "mesh_mirror": scene(mesh("right.ply", MIRROR), BALL, ROOM),
     "mesh_glass": scene(mesh("plain.ply", {**GLASS, "refractiveindex": 1.2}), BALL, ROOM),
     "meshes": scene(mesh("right.ply", SHINY, {"scale": 0.6}, {"translate": [-0.6, 0, 0]}),
-                    mesh("plain.ply", {**SHINY, "diffusecolor": [0.2, 0.5, 0.9]}, {"scale": 0.6}, {"translate": [0.6, 0, 0]})),
+                    mesh("plain.ply", {**SHINY, **BALL["material"]}, {"scale": 0.6}, {"translate": [0.6, 0, 0]})),
     "sphere": scene(shape("sphere"), GROUND),
     "cylinder": scene(shape("cylinder"), GROUND),
     "triangle": scene(shape("triangle"), GROUND),
