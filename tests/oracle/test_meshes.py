@@ -112,6 +112,22 @@ def test_mesh_of_polygons(agree, tmp_path):
     agree(scene(mesh("a.obj", SHINY), GROUND))
 
 
+@pytest.mark.parametrize("normals", ["file", "flat"])
+def test_mesh_with_degenerate_faces(agree, tmp_path, normals):
+    """Faces that repeat a corner, lie on a line or on another face change nothing.
+
+    Not for computed normals: Mitsuba 3.9.1 gives up a vertex, as (1, 0, 0), around which there are several such faces.
+    """
+    model = lump()
+    ends = model.faces[:10, :2]
+    middles = len(model.vertices) + np.arange(len(ends))
+    more = model.faces[:20, [0, 0, 1]], model.faces[:10, [0, 1, 1]], np.column_stack([ends, middles]), model.faces[:5]
+    grown = (np.concatenate([rows, rows[ends].mean(axis=1)]) for rows in (model.vertices, model.normals, model.uv))
+    vertices, bent, uv = grown
+    write(tmp_path / "a.ply", Model(vertices, np.concatenate([model.faces, *more]), bent, uv))
+    agree(scene(mesh("a.ply", SHINY, normals=normals), GROUND))
+
+
 def test_mesh_seen_from_inside(agree, tmp_path):
     """From inside, normals still point outwards, and the inner side is lit."""
     write(tmp_path / "a.ply", lump())
