@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.accel.grid_build import (
-    BORDER, CORNER, COUNTS, DENSITY, EDGE, EMPTY, FIRST, LAST, PER_EDGE, STRIDES, edge_for, enter, layout,
+    CORNER, COUNTS, DENSITY, EDGE, EMPTY, FIRST, LAST, PER_EDGE, STRIDES, edge_for, enter, layout,
 )
 from renderer.accel.records import read
 from renderer.accel.slabs import BOX_ROUNDOFFS, Slabs
@@ -30,15 +30,15 @@ from renderer.core.numeric import EPSILON, greater, lesser, widened
 GRID_ROUNDOFFS = 2 * BOX_ROUNDOFFS  # of |o| + reach
 NEAR_SHARE, FAR_SHARE = 1 / 16, 1 / 4  # of the margins in the edges
 FAR_EDGE = 8.0  # edge of the coarser level over that of the first
-STEPS = 4  # cells that a lane goes between two tests at most
 LEAST_EDGE = 1e-30  # scene units
+NEVER = 1e38  # along an axis that a ray does not leave its cell on; infinity times no crossing would be NaN
 
 
 @dataclass
 class Walk:
     """Where a lane is in the grid."""
 
-    entry: UInt32  # in the cell's list; EMPTY between cells
+    word: UInt32  # place in the cell's list, or EMPTY and how many crossings are free
     cell: UInt32
     crossed: Vector3f  # planes crossed along each axis
 
@@ -49,6 +49,7 @@ class Course:
 
     first: Vector3f
     pitch: Vector3f
+    per_pitch: Vector3f  # 1 / pitch
     strides: list  # for each axis the difference of cells, modulo 2^32
     slack: Float  # of distances along the ray
 
@@ -127,38 +128,48 @@ class Grid:
             place = UInt32(lesser(greater(position, Float(0)), floats[COUNTS + axis] - 1))
             cell = cell + place * words[STRIDES + axis]
             plane = dr.fma(Float(place) + dr.select(negative, Float(0), 1), floats[EDGE], corner)
-            first[axis] = (plane - ray.o[axis]) * slabs.rate[axis]
+            first[axis] = greater((plane - ray.o[axis]) * slabs.rate[axis], Float(-NEVER))
             strides.append(dr.select(negative, 0 - words[STRIDES + axis], words[STRIDES + axis]))
-        course = Course(first, abs(slabs.rate) * floats[EDGE], strides, rounding)
+        pitch = Vector3f(*(lesser(abs(rate) * floats[EDGE], Float(3 * NEVER)) for rate in slabs.rate))
+        per_pitch = abs(ray.d) * floats[PER_EDGE]
+        course = Course(first, pitch, per_pitch, strides, rounding)
         return Walk(dr.gather(UInt32, self._cells, cell, active), cell, dr.zeros(Vector3f, lanes)), course, active
 
     def _step(self, walk, course, t, index, leaf, active, any_hit):
-        """Return the walk one entry or a few cells further, the closest hit so far, and which lanes are not yet done."""
-        for _ in range(STEPS):
-            walk, active = self._cross(walk, course, t, active)
-        tests = active & (walk.entry != EMPTY)
-        entry = dr.gather(UInt32, self._entries, walk.entry, tests)
+        """Return the walk at the next entry or cell, the closest hit so far, and which lanes are not yet done."""
+        walk, active = self._cross(walk, course, t, active)
+        tests = active & (walk.word < EMPTY)
+        entry = dr.gather(UInt32, self._entries, walk.word, tests)
         met, distance, primitive = leaf(read(self._leaves, entry & ~UInt32(LAST), tests))
         closer = tests & met & ((distance < t) | ((distance == t) & (primitive < index)))
         t, index = dr.select(closer, distance, t), dr.select(closer, primitive, index)
-        following = dr.select(entry >= LAST, UInt32(EMPTY), walk.entry + 1)
-        walk = Walk(dr.select(tests, following, walk.entry), walk.cell, walk.crossed)
+        following = dr.select(entry >= LAST, UInt32(EMPTY + 1), walk.word + 1)
+        walk = Walk(dr.select(tests, following, walk.word), walk.cell, walk.crossed)
         return walk, t, index, active if any_hit is False else active & ~(closer & any_hit)
 
     def _cross(self, walk, course, t, active):
-        """Return the walk with lanes between cells one cell further, and without those that are through."""
-        x, y, z = (dr.fma(walk.crossed[k], course.pitch[k], course.first[k]) for k in range(3))
-        # one of the three is true, whatever is NaN: at every crossing the lane comes nearer to the border
+        """Return the walk with lanes in empty cells one cell further or more, and which lanes are not yet done.
+
+        Where `clear` crossings are free along every axis, the lane goes on until an axis has used them up.
+        """
+        clear = Float(walk.word & ~UInt32(EMPTY))
+        ahead = walk.crossed + (clear - 1)
+        x, y, z = (dr.fma(ahead[k], course.pitch[k], course.first[k]) for k in range(3))
+        # one of the three is true, whatever is NaN: with every step the lane comes nearer to the border
         along_x = (x <= y) & (x <= z)
         along_y = ~along_x & (y <= z)
+        ways = (along_x, along_y, ~along_x & ~along_y)
         distance = dr.select(along_x, x, dr.select(along_y, y, z))
-        goes = active & (walk.entry == EMPTY)
+        goes = active & (walk.word >= EMPTY)
         through = goes & (distance > t + course.slack)
         goes = goes & ~through
-        stride = dr.select(along_x, course.strides[0], dr.select(along_y, course.strides[1], course.strides[2]))
-        cell = dr.select(goes, walk.cell + stride, walk.cell)
-        entry = dr.select(goes, dr.gather(UInt32, self._cells, cell, goes), walk.entry)
-        one, none = Float(1), Float(0)
-        ways = (along_x, along_y, ~along_x & ~along_y)
-        crossed = Vector3f(*(walk.crossed[k] + dr.select(goes & ways[k], one, none) for k in range(3)))
-        return Walk(entry, cell, crossed), active & ~through & (entry != BORDER)
+
+        cell, crossed = walk.cell, Vector3f(0)
+        for k in range(3):
+            before = walk.crossed[k]
+            others = dr.ceil((distance - course.first[k]) * course.per_pitch[k])
+            now = dr.select(ways[k], before + clear, lesser(greater(others, before), ahead[k]))
+            crossed[k] = dr.select(goes, now, before)
+            cell = cell + UInt32(crossed[k] - before) * course.strides[k]
+        word = dr.select(goes, dr.gather(UInt32, self._cells, cell, goes), walk.word)
+        return Walk(word, cell, crossed), active & ~through & (word != EMPTY)

@@ -14,11 +14,13 @@ from renderer.accel.records import TAG, WORDS
 from renderer.core.backend import Float, Float64, UInt32, Vector3f
 from renderer.core.numeric import greater, lesser
 
-DENSITY = 4.0  # cells an item, where the rest allows for it
+DENSITY = 16.0  # cells an item, where the other limits allow for as many
 MOST_ENTRIES = 8  # an item, in the mean
 MOST_CELLS = 1024  # along an axis
-COARSER = 2**0.5  # by how much the edge grows while there are too many entries
-BORDER, EMPTY = 0xFFFFFFFE, 0xFFFFFFFF  # cells without a list: where rays stop, and where they go on
+COARSER = 1.1  # by how much the edge grows while there are too many entries
+# a cell without a list has this bit, and in how many crossings along any axis a ray may meet another cell; at 0 it stops
+EMPTY = 0x80000000
+FARTHEST = 8  # crossings
 LAST = 0x80000000  # bit of an entry: the last one of its cell
 # words of a level's record: its lowest corner, edge, 1 / edge, cells along each axis, strides, and cell (0, 0, 0)
 CORNER, EDGE, PER_EDGE, COUNTS, STRIDES, FIRST = 0, 3, 4, 5, 8, TAG
@@ -58,7 +60,7 @@ def edge_for(size, cells):
         for k in range(axes):
             volume *= sizes[k]
         edge = (volume / cells) ** (1 / axes)
-        if sizes[axes - 1] >= edge:
+        if sizes[axes - 1] >= edge > 0:
             break
     return max(edge, sizes[0] / MOST_CELLS)
 
@@ -82,8 +84,8 @@ def layout(lo, hi, bounds, edge, share):
 def enter(made, lo, hi, entries_before):
     """Return the cells and the entries of a level (UInt32), whose first entry has the place `entries_before`.
 
-    A cell holds the place of its first entry, BORDER or EMPTY; an entry is an item's number, with LAST in a cell's last
-    one. In a cell, items are in their order.
+    A cell holds the place of its first entry, or EMPTY and a number of crossings; an entry is an item's number, with
+    LAST in a cell's last one. In a cell, items are in their order.
     """
     first, spans = _ranges(made, lo, hi)
     sizes = spans[0] * spans[1] * spans[2]
@@ -112,24 +114,37 @@ def _listed(made, cell, item, entries_before):
     before = dr.gather(UInt32, cell, here - 1, here > 0)
     after = dr.gather(UInt32, cell, here + 1, here + 1 < total)
     starts, ends = (here == 0) | (before != cell), (here + 1 == total) | (after != cell)
-    cells = _blank(made)
+    cells = _clearances(made, cell)
     dr.scatter(cells, here + dr.opaque(UInt32, entries_before), cell, starts)
     entries = item | dr.select(ends, UInt32(LAST), 0)
     dr.eval(cells, entries)
     return cells, entries
 
 
-def _blank(made):
-    """Return the cells without lists."""
-    place = dr.arange(UInt32, made.cell_count)
-    border = dr.full(dr.mask_t(UInt32), False, made.cell_count)
+def _clearances(made, full):
+    """Return all cells as if they were empty, with the distance from the nearest in `full` or in the border layer.
+
+    It is the largest of the three axes' differences, and found axis by axis.
+    """
+    place, rest = dr.arange(UInt32, made.cell_count), dr.arange(UInt32, made.cell_count)
+    clear = dr.full(UInt32, FARTHEST, made.cell_count)
     for count in made.counts:
         width = dr.opaque(UInt32, count + 2)
-        quotient = place // width
-        along = place - quotient * width
-        border = border | (along == 0) | (along == width - 1)
-        place = quotient
-    return dr.select(border, UInt32(BORDER), EMPTY)
+        quotient = rest // width
+        along = rest - quotient * width
+        clear = dr.select((along == 0) | (along == width - 1), UInt32(0), clear)
+        rest = quotient
+    dr.scatter(clear, UInt32(0), full)
+    for stride in made.strides:
+        dr.eval(clear)
+        nearest, stride = clear, dr.opaque(UInt32, stride)
+        for k in range(1, FARTHEST):
+            # what is read across the border is farther away than the border
+            before = dr.gather(UInt32, clear, place - k * stride, place >= k * stride)
+            after = dr.gather(UInt32, clear, place + k * stride, place + k * stride < dr.opaque(UInt32, made.cell_count))
+            nearest = lesser(nearest, greater(lesser(before, after), UInt32(k)))
+        clear = nearest
+    return clear | EMPTY
 
 
 def _ranges(made, lo, hi):

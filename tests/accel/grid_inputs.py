@@ -37,7 +37,7 @@ def _needles():
 
 def _lattice():
     """Three sets of sheets at whole numbers: a planes' corner at every point of a lattice."""
-    sheets = [_sheet() + [0, 0, 4 * k] for k in range(5)]
+    sheets = [_sheet() + [0, 0, 4 * k] for k in range(3)]
     return np.concatenate([np.roll(sheet, axis, -1) for sheet in sheets for axis in range(3)])
 
 
@@ -56,8 +56,8 @@ def inputs():
         "in a row": loose * [1, 1e-4, 1e-4],
         "far off": loose * 1e4 + 1e6,
         "a few steps of float apart": loose * 10 + 1e6,
-        "tiny": loose * 1e-6,
-        "large": loose * 1e6,
+        "tiny": loose * 1e-9,
+        "large": loose * 1e12,
         "points": np.repeat(loose[:50, :1], 3, 1),
         "one": loose[:1],
         "two": loose[:2],

@@ -4,7 +4,6 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from renderer.accel import grid
 from renderer.accel.brute_force import BruteForce
 from renderer.accel.grid import Grid
 from renderer.accel.records import LEAF, TAG
@@ -32,8 +31,12 @@ def of_triangles(triangles, count=RAYS, **options):
 
 
 @pytest.mark.parametrize("name", INPUTS)
-def test_closest_hits_are_those_of_testing_everything(name):
-    """From inside and outside, along axes, through corners, from cells' planes, up to 1e6 extents away."""
+def test_hits_are_those_of_testing_everything(name):
+    """From inside and outside, along axes, through corners, from cells' planes, up to 1e6 extents away.
+
+    Which of several hits is found first depends on the order, if any is enough: it is no farther than asked for, and
+    lanes that are not active find none.
+    """
     structure, reference, ray = of_triangles(INPUTS[name])
     t, index = closest(structure, ray)
     expected_t, expected = closest(reference, ray)
@@ -41,24 +44,16 @@ def test_closest_hits_are_those_of_testing_everything(name):
     if name != "points":
         assert 0.02 < (index != NO_SHAPE).mean() < 1
 
-
-@pytest.mark.parametrize("name", INPUTS)
-def test_any_hit_is_found_where_there_is_one(name):
-    """Which one depends on the order; it is no farther than asked for, and lanes that are not active find none."""
-    structure, reference, ray = of_triangles(INPUTS[name])
     rng = np.random.default_rng(2)
-    t, _ = closest(reference, ray)
-    distance = Float((t * rng.choice([0.5, 1.0, 1.0001, 3.0], len(t))).astype(np.float32))
-    active = Bool(rng.random(len(t)) < 0.9)
-    end, index = any_hit(structure, ray, distance, active)
-    _, expected = any_hit(reference, ray, distance, active)
-    found = index != NO_SHAPE
-    assert np.array_equal(found, expected != NO_SHAPE)
-    assert (end[found] <= np.array(distance)[found]).all() and (end[~found] == np.array(distance)[~found]).all()
-    assert not found[~np.array(active)].any()
+    distance = (expected_t * rng.choice([0.5, 1.0, 1.0001, 3.0], RAYS)).astype(np.float32)
+    active = rng.random(RAYS) < 0.9
+    end, any_index = any_hit(structure, ray, Float(distance), Bool(active))
+    found = any_index != NO_SHAPE
+    assert np.array_equal(found, active & (expected != NO_SHAPE) & (expected_t <= distance))
+    assert (end[found] <= distance[found]).all() and (end[~found] == distance[~found]).all()
 
 
-@pytest.mark.parametrize("density", [0.1, 1.0, 64.0])
+@pytest.mark.parametrize("density", [0.1, 64.0])
 def test_hits_do_not_depend_on_the_density(density):
     """From a few cells to many more than items."""
     structure, reference, ray = of_triangles(INPUTS["soup"], density=density)
@@ -131,14 +126,6 @@ def test_far_rays_take_a_coarser_level():
         means.append(count_of_tests(structure, ray, 1000).mean())
     assert means[0] < 30 and means[1] == pytest.approx(means[0], rel=0.1)
     assert means[1] < means[2] < 0.8 * count and means[3] == count
-
-
-@pytest.mark.parametrize("steps", [1, 7])
-def test_hits_do_not_depend_on_the_pace(monkeypatch, steps):
-    """How many cells a lane goes between two tests is a matter of speed."""
-    monkeypatch.setattr(grid, "STEPS", steps)
-    structure, reference, ray = of_triangles(INPUTS["soup"])
-    assert all(map(np.array_equal, closest(structure, ray), closest(reference, ray)))
 
 
 @pytest.mark.slow
