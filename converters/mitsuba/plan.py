@@ -6,13 +6,17 @@ What it cannot express is replaced by the nearest stock counterpart and named in
   the light to the shapes: Lambert's kd Cd / pi times I_stock / d^2 is then kd Cd I at that distance.
 - The ambient term becomes the light of the background (a constant emitter, which is also what is seen behind the
   shapes), and what the background lacks in brightness a lamp at the camera, whose shadows nobody sees.
+- Loose triangles become one mesh for each material where they are many.
 - Binary and debug pictures become channels of the `aov` integrator.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from converters.geometry import joined
 from converters.meshes import placement
 from converters.mitsuba import materials
 from converters.mitsuba.nodes import Colour, Node, Pixels, Plan, Point
@@ -31,6 +35,8 @@ AOV_REMARKS = {
 }
 NEAR, FAR = 1e-3, 1e7  # scene units
 SAMPLES = 64  # rays a pixel where the scene asks for one: the stock counterpart is a Monte Carlo estimate
+SOUP = 64  # triangles; of more, those of one material become one mesh, because each is a file and a shape otherwise
+MOST_PLACES = 8  # that a remark names
 NEVER = 1000  # path length from which Russian roulette starts: it would only add noise
 
 
@@ -44,8 +50,14 @@ class _Remarks:
         return lambda text: self.places.setdefault(text, {}).setdefault(place)
 
     def problems(self, path):
-        """Return one Problem a remark; several places are written as one list."""
-        return tuple(Problem(path, text, ", ".join(places)) for text, places in self.places.items())
+        """Return one Problem a remark; several places are written as one list, which ends where it gets long."""
+        return tuple(Problem(path, text, _listed(list(places))) for text, places in self.places.items())
+
+
+def _listed(places):
+    """Return the first places, and how many there are beside."""
+    rest = len(places) - MOST_PLACES
+    return ", ".join(places[:MOST_PLACES]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def plan(loaded):
@@ -145,15 +157,33 @@ def part_node(part, children):
 
 def _shapes(loaded, remarks):
     """Return the nodes of all primitives, in the order of the file."""
-    result = {}
+    result, soups = {}, _soups(loaded)
     outside = outside_indices([shape for _, shape in loaded.shapes])
     for (number, shape), around in zip(loaded.shapes, outside):
         remark = remarks.at(f"scene.shapes[{number}]")
         if is_unbounded(shape):
             remark("unbounded convex volume is cut off far away")
-        for part in _stock_parts(loaded, shape, remark):
+        for part in soups[number] if number in soups else _stock_parts(loaded, shape, remark):
             bsdf = _bsdf(loaded, number, shape.material, around, part, remark)
             result[f"shape{number}_{part.name}"] = part_node(part, {"bsdf": bsdf})
+    return result
+
+
+def _soups(loaded):
+    """Return {number: [part]} of many triangles: the first of a material stands for all of it, the others are nothing.
+
+    In shapes mode each keeps its number.
+    """
+    alike, result = {}, {}
+    for number, shape in loaded.shapes:
+        if shape.type == "triangle":
+            alike.setdefault(shape.material, []).append((number, parts(shape)[0]))
+    if loaded.description.rendermode == "shapes" or sum(map(len, alike.values())) <= SOUP:
+        return {}
+    for members in alike.values():
+        first, part = members[0]
+        result |= {number: [] for number, _ in members}
+        result[first] = [replace(part, name="triangles", mesh=joined([other.mesh for _, other in members]))]
     return result
 
 

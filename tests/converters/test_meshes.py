@@ -1,5 +1,6 @@
 """Mesh files in the export: Mitsuba reads the file itself, and gets each combination of normals and mirrors right."""
 
+import importlib
 import re
 import shutil
 
@@ -139,6 +140,38 @@ def test_normals_of_a_file_are_noticed(tmp_path, name, text, expected):
     """Whatever else the file has."""
     (tmp_path / name).write_bytes(text.encode())
     assert meshes.mesh_file(schema.Mesh(filename=name), tmp_path.joinpath).has_normals is expected
+
+
+def renumbered(shapes):
+    """Return shape numbers in order of first appearance: Mitsuba numbers them as it happens to load them."""
+    _, first, inverse = np.unique(shapes, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[inverse.ravel()]
+
+
+@pytest.mark.parametrize(("mode", "shapes"), [("uv", 2), ("normals", 2), ("albedo", 2), ("shapes", 100)])
+def test_many_triangles_are_a_mesh_for_each_material(tmp_path, monkeypatch, mode, shapes):
+    """They give the picture that they give one by one; numbers of shapes need them apart."""
+    rng, soup = np.random.default_rng(2), []
+    for k in range(100):
+        corners = dict(zip(("v0", "v1", "v2"), (rng.uniform(-1, 1, 3) + rng.normal(size=(3, 3)) / 3).tolist()))
+        uv = {"uv0": rng.uniform(size=2).tolist()}
+        soup.append({"type": "triangle", **corners, **uv, "material": (SHINY, TEXTURED)[k % 2]})
+    loaded = prepare(tmp_path, scene(*soup), mode)
+    plan, pictures = importlib.import_module("converters.mitsuba.plan"), []  # the package has a function of that name
+    for most, count in ((plan.SOUP, shapes), (1000, 100)):
+        monkeypatch.setattr(plan, "SOUP", most)
+        export.write_xml(loaded, tmp_path / "scene.xml")
+        assert (tmp_path / "scene.xml").read_text().count("<shape ") == count
+        picture = np.array(mi.render(mi.load_file(str(tmp_path / "scene.xml"))))
+        pictures.append(renumbered(picture) if mode == "shapes" else picture)
+    assert pictures[0].std() > 0.01 and np.array_equal(*pictures)
+
+
+def test_a_remark_about_many_shapes_is_short(tmp_path):
+    """It names the first places, and tells how many there are beside."""
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1.0, "material": SHINY}
+    warnings = [str(w) for w in export.write_xml(prepare(tmp_path, scene(*[ball] * 30), "phong"), tmp_path / "a.xml")]
+    assert sum("scene.shapes[7] and 22 more: " in warning for warning in warnings) == 1
 
 
 def test_stock_picture_of_a_mesh_is_about_as_bright(root):
