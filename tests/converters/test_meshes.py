@@ -180,3 +180,13 @@ def test_stock_picture_of_a_mesh_is_about_as_bright(root):
     stock, exact = np.array(mi.render(mi.load_dict(export.to_dict(loaded)))), whitted.reference(loaded)
     ratio = stock[exact["shape"] == 1].mean() / exact["rgb"][exact["shape"] == 1].mean()
     assert 0.6 < ratio < 1.6
+
+
+def test_light_is_as_bright_at_the_mesh_as_it_was(tmp_path):
+    """Where the transformation has brought it: 20 units away, the intensity is pi times 20 squared."""
+    write(tmp_path / "a.ply", lump(800))
+    placed = mesh("a.ply", SHINY, {"translate": [0, 0, 10]}, {"scale": 2})
+    loaded = prepare(tmp_path, scene(placed, lights=[([0, 0, 0], [1, 1, 1])]), "phong")
+    light = mi.traverse(mi.load_dict(export.to_dict(loaded)["light0"]))
+    (intensity,) = {float(x) for x in np.ravel(light["intensity.value"])}
+    assert intensity == pytest.approx(np.pi * 400, rel=0.02)
