@@ -1,8 +1,10 @@
 """Traversal of a uniform grid in lanes: from cell to cell along the ray, in the order of the ray [Amanatides1987].
 
-A lane is in one cell, and at one entry of its list or between two cells: in every iteration it tests its next entry, or
-goes a few cells on until it meets a list. So no lane waits for the fullest cell of its packet. A crossing's distance
-is computed from the number of crossings before it, so that errors do not add up on the way.
+A lane is in one cell. In every iteration it goes on if the cell has no list, or its end was reached, and tests one
+entry if it is at one; so no lane waits for the fullest cell of its packet. Empty cells know how far the nearest list
+is, and are left behind that many at once, as in [Cohen1994]. A crossing's distance is computed from the number of
+crossings before it, so that errors do not add up on the way. Every step crosses a plane, and the layer of cells around
+all others stops everything: a walk takes at most one step a plane, and one an entry on its way.
 
 **No item is missed.** A leaf test may find a hit off its box by the rounding of `slabs`, and the way through the cells
 is off by less than that again: GRID_ROUNDOFFS of |o| + reach together. As long as this is less than the margin by which
@@ -51,7 +53,6 @@ class Course:
     pitch: Vector3f
     per_pitch: Vector3f  # 1 / pitch
     strides: list  # for each axis the difference of cells, modulo 2^32
-    slack: Float  # of distances along the ray
 
 
 class Grid:
@@ -73,7 +74,8 @@ class Grid:
     def over(cls, leaves, lo, hi, density=DENSITY):
         """Return the grid over items with leaf records (UInt32, 16 words each) and boxes (Vector3f, finite, lo <= hi).
 
-        There must be at least one; boxes may be flat, points, or all the same. `density` is the number of cells an item.
+        There must be at least one; boxes may be flat, points, or all the same; the extent must stay below 1e37.
+        `density` is the number of cells an item where the other limits allow for as many.
         """
         dr.eval(lo, hi)
         bounds = tuple(dr.min(axis)[0] for axis in lo), tuple(dr.max(axis)[0] for axis in hi)
@@ -91,7 +93,7 @@ class Grid:
         return cls(leaves, levels, bounds)
 
     def trace(self, ray, t, index, leaf, active, any_hit=False):
-        """Return distance and index of the closest hit of each active ray, or of any; what was given where it has none."""
+        """Return distance and index of the closest hit of each active ray, or of any; else what was given."""
         lanes = max(dr.width(ray), dr.width(t), dr.width(active))
         t, index, active = (widened(value, lanes) for value in (t, index, active))
         walk, course, active = self._start(ray, t, active, lanes)
@@ -118,7 +120,8 @@ class Grid:
         o = abs(ray.o)
         size = greater(o.x, greater(o.y, o.z)) + self._reach
         rounding = size * Float(GRID_ROUNDOFFS * EPSILON)
-        level = dr.select(rounding <= self._margins[0], UInt32(0), dr.select(rounding <= self._margins[1], UInt32(1), 2))
+        near_by, not_far = (rounding <= margin for margin in self._margins)
+        level = dr.select(near_by, UInt32(0), dr.select(not_far, UInt32(1), 2))
         words = read(self._levels, widened(level, lanes), active)
         floats = [dr.reinterpret_array(Float, word) for word in words[:STRIDES]]
         cell, first, strides = words[FIRST], Vector3f(0), []
@@ -132,7 +135,7 @@ class Grid:
             strides.append(dr.select(negative, 0 - words[STRIDES + axis], words[STRIDES + axis]))
         pitch = Vector3f(*(lesser(abs(rate) * floats[EDGE], Float(3 * NEVER)) for rate in slabs.rate))
         per_pitch = abs(ray.d) * floats[PER_EDGE]
-        course = Course(first, pitch, per_pitch, strides, rounding)
+        course = Course(first, pitch, per_pitch, strides)
         return Walk(dr.gather(UInt32, self._cells, cell, active), cell, dr.zeros(Vector3f, lanes)), course, active
 
     def _step(self, walk, course, t, index, leaf, active, any_hit):
@@ -161,7 +164,7 @@ class Grid:
         ways = (along_x, along_y, ~along_x & ~along_y)
         distance = dr.select(along_x, x, dr.select(along_y, y, z))
         goes = active & (walk.word >= EMPTY)
-        through = goes & (distance > t + course.slack)
+        through = goes & (distance > t)
         goes = goes & ~through
 
         cell, crossed = walk.cell, Vector3f(0)

@@ -18,7 +18,7 @@ DENSITY = 16.0  # cells an item, where the other limits allow for as many
 MOST_ENTRIES = 8  # an item, in the mean
 MOST_CELLS = 1024  # along an axis
 COARSER = 1.1  # by how much the edge grows while there are too many entries
-# a cell without a list has this bit, and in how many crossings along any axis a ray may meet another cell; at 0 it stops
+# of a cell without a list, beside the number of crossings along any axis after which there may be one; rays stop at 0
 EMPTY = 0x80000000
 FARTHEST = 8  # crossings
 LAST = 0x80000000  # bit of an entry: the last one of its cell
@@ -137,11 +137,11 @@ def _clearances(made, full):
     dr.scatter(clear, UInt32(0), full)
     for stride in made.strides:
         dr.eval(clear)
-        nearest, stride = clear, dr.opaque(UInt32, stride)
+        nearest, stride, end = clear, dr.opaque(UInt32, stride), dr.opaque(UInt32, made.cell_count)
         for k in range(1, FARTHEST):
             # what is read across the border is farther away than the border
             before = dr.gather(UInt32, clear, place - k * stride, place >= k * stride)
-            after = dr.gather(UInt32, clear, place + k * stride, place + k * stride < dr.opaque(UInt32, made.cell_count))
+            after = dr.gather(UInt32, clear, place + k * stride, place + k * stride < end)
             nearest = lesser(nearest, greater(lesser(before, after), UInt32(k)))
         clear = nearest
     return clear | EMPTY

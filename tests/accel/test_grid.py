@@ -19,8 +19,8 @@ INPUTS = grid_inputs.inputs()
 
 def planes(made):
     """Return for each axis where the planes between a level's cells are."""
-    edge = np.float32(made.edge)
-    return [np.float32(low) + edge * np.arange(count + 1, dtype=np.float32) for low, count in zip(made.corner, made.counts)]
+    numbers = [np.arange(count + 1, dtype=np.float32) for count in made.counts]
+    return [np.float32(low) + np.float32(made.edge) * number for low, number in zip(made.corner, numbers)]
 
 
 def of_triangles(triangles, count=RAYS, **options):

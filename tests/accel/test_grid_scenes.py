@@ -29,7 +29,8 @@ def shapes(count, seed=1):
         centre, size = 4 * rng.random(3) - 2, 0.3 * rng.random()
         made.append([
             {"type": "sphere", "center": list(centre), "radius": size},
-            {"type": "cylinder", "center": list(centre), "axis": list(rng.normal(size=3)), "radius": size, "height": 0.4},
+            {"type": "cylinder", "center": list(centre), "axis": list(rng.normal(size=3)), "radius": size,
+             "height": 0.4},
             {"type": "box", "min": list(centre - size), "max": list(centre + size * rng.random(3))},
             {"type": "convex", "vertices": (centre + size * CORNERS).tolist()},
             {"type": "triangle", **dict(zip(("v0", "v1", "v2"), (centre + size * rng.normal(size=(3, 3))).tolist()))},
@@ -91,7 +92,8 @@ def test_shadows_are_the_same(share):
 @pytest.mark.parametrize("mode", ["phong", "shapes", "depth"])
 def test_pictures_are_the_same(mode):
     """Byte for byte."""
-    content = document(shapes(60), [point_light([3, 5, -4], [30, 30, 30])], rendermode=mode, camera={"width": 80, "height": 60})
+    light, size = point_light([3, 5, -4], [30, 30, 30]), {"width": 80, "height": 60}
+    content = document(shapes(60), [light], size, rendermode=mode)
     pictures = [render(from_dict(content), accel=accel).rgb8() for accel in ("grid", "none", "auto")]
     assert pictures[0] == pictures[1] == pictures[2]
     assert len(set(pictures[0])) > 20
