@@ -102,7 +102,9 @@ assert (index[1::2] < 300).any()
 """
 
 
-ALL_SLABS = pytest.mark.xfail(strict=True, raises=Died, reason="children that are not there are entered where all slabs are NaN")
+ALL_SLABS = pytest.mark.xfail(
+    strict=True, raises=Died, reason="children that are not there are entered where all slabs are NaN"
+)
 
 
 @pytest.mark.parametrize("value", [
@@ -249,7 +251,8 @@ def _rays_down_an_axis_are_taken_for_rays_up(monkeypatch):
 
 
 SABOTAGES = [
-    _later_children_are_forgotten, _only_one_child_waits, _planes_too_far_inside, _rays_down_an_axis_are_taken_for_rays_up,
+    _later_children_are_forgotten, _only_one_child_waits, _planes_too_far_inside,
+    _rays_down_an_axis_are_taken_for_rays_up,
 ]
 
 
@@ -265,7 +268,11 @@ def test_a_wrong_leaf_test_is_noticed(monkeypatch, rng):
     from renderer.accel import watertight
 
     test = watertight.test
-    monkeypatch.setattr(watertight, "test", lambda *args: [(met, t * (1 + 2e-5), index) for met, t, index in test(*args)])
+
+    def too_far(*args):
+        return [(met, t * (1 + 2e-5), index) for met, t, index in test(*args)]
+
+    monkeypatch.setattr(watertight, "test", too_far)
     corners = soup("bumpy", rng)
     o, d = rays_among(corners, rng, JUDGED)
     index, t = closest(geometry(corners, "bvh"), lanes(o, d))

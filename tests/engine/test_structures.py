@@ -1,4 +1,4 @@
-"""Pictures do not depend on the structure that finds the shapes; and surfaces of meshes are left as those of solids are.
+"""Pictures do not depend on what finds the shapes; and surfaces of meshes are left as those of solids are.
 
 Solids in the structure run the formulas that they run outside of it, on the same numbers: their pictures are the same
 to the last bit. Triangles outside are met in their plane, and within EDGE_TOLERANCE of their edges; inside by the
@@ -112,12 +112,15 @@ from tests.support.scenes import loaded
 shapes = [*crowd(np.random.default_rng(0), {kinds}, 60, (GLASS,)), FLOOR]
 render(loaded(pathlib.Path({folder!r}), shapes, LIGHTS, camera=SIZE, rendermode={mode!r}), accel={accel!r})
 """
-LOOPED = pytest.mark.xfail(strict=True, raises=Died, reason="values first read within a loop are used behind it: no valid kernel")
+LOOPED = pytest.mark.xfail(
+    strict=True, raises=Died, reason="values first read within a loop are used behind it: no valid kernel"
+)
 
 
 @pytest.mark.parametrize("mode", ["phong", "normals"])
 @pytest.mark.parametrize("kinds, accel", [
-    pytest.param(("sphere",), "none", marks=LOOPED), (("sphere",), "bvh"), (("sphere",) * 8 + ("convex", "triangle"), "bvh"),
+    pytest.param(("sphere",), "none", marks=LOOPED), (("sphere",), "bvh"),
+    (("sphere",) * 8 + ("convex", "triangle"), "bvh"),
 ])  # fmt: skip
 def test_many_shapes_render(tmp_path, root, kinds, accel, mode):
     """The kernel compiles; in a process of its own, which LLVM ends otherwise."""
@@ -158,7 +161,9 @@ compare_arrays(pathlib.Path({folder!r}), np.random.default_rng(0), ("sphere", "c
 """
 
 
-@pytest.mark.xfail(strict=True, raises=Died, reason="at inner nodes too, the leaf test reads the rows of kinds that do not fit a record")
+@pytest.mark.xfail(
+    strict=True, raises=Died, reason="at inner nodes too, the leaf test reads rows of kinds that do not fit a record"
+)
 def test_rays_in_arrays_meet_what_no_record_holds(tmp_path, root):
     """In a process of its own, which reading outside of the rows ends."""
     code = ARRAYS.format(folder=str(tmp_path))
@@ -199,7 +204,9 @@ def picture(folder, shapes, lights, place, eye=(2.1, 1.7, -4.3), names="RGB", **
 
 
 @pytest.mark.parametrize("place", PLACES)
-@pytest.mark.parametrize("name, normals, least", [("ball", "flat", 0.35), ("cube", "flat", 0.35), ("ball", "smooth", 0.75)])
+@pytest.mark.parametrize("name, normals, least", [
+    ("ball", "flat", 0.35), ("cube", "flat", 0.35), ("ball", "smooth", 0.75),
+])  # fmt: skip
 def test_a_lit_mesh_has_no_black_pixels(tmp_path, place, name, normals, least):
     """Convex meshes do not shadow their lit side.
 
@@ -228,7 +235,8 @@ def test_a_lit_mesh_has_no_black_pixels(tmp_path, place, name, normals, least):
 def test_contact_stays_dark(tmp_path, place, rng, floor):
     """A box of triangles that stands on a floor hides the light from every point below it, up to its very edges."""
     write_obj(tmp_path / "cube.obj", *cube())
-    write_obj(tmp_path / "floor.obj", np.array([[-9, -1, -9], [9, -1, -9], [9, -1, 9], [-9, -1, 9.0]]), np.array([[0, 2, 1], [0, 3, 2]]))
+    square = np.array([[-9, -1, -9], [9, -1, -9], [9, -1, 9], [-9, -1, 9.0]])
+    write_obj(tmp_path / "floor.obj", square, np.array([[0, 2, 1], [0, 3, 2]]))
     ground = {"type": "plane", "point": put([0, -1, 0], place), "normal": [0, 1, 0]} if floor == "plane" else mesh(
         "floor.obj", place, MATT)
     scene = compile_scene(loaded(tmp_path, [mesh("cube.obj", place, MATT), ground]), "bvh")

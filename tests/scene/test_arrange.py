@@ -118,7 +118,7 @@ def colour(number):
 
 
 def wall(textured=(), colours=40):
-    """Return forty shapes of so many colours, five kinds in turn and each in its cell of a wall 8 wide and 5 high, in a mixed order."""
+    """Return forty shapes of five kinds and so many colours, in a mixed order on a wall of 8 by 5 cells."""
     shapes = []
     for number in np.random.default_rng(4).permutation(40).tolist():
         x, y, r = number % 8 - 3.5, number // 8 - 2.0, 0.3
@@ -132,7 +132,8 @@ def wall(textured=(), colours=40):
         ][number * 7 % 5]
         material = MATT | {"diffusecolor": colour(number % colours)}
         if number in textured:
-            material["texture"] = {"type": "checkerboard", "color1": colour(number % colours), "color2": colour(number % colours)}
+            own = material["diffusecolor"]
+            material["texture"] = {"type": "checkerboard", "color1": own, "color2": own}
         shapes.append((number, made | {"material": material}))
     return shapes
 
@@ -143,7 +144,8 @@ STRUCTURES = ["bvh", "none", AUTO]
 
 def cells(mode, channels, folder, shapes, accel):
     """Return the values in the middle of each shape's cell, in the shapes' order, and the whole picture."""
-    picture = render(loaded(folder, [shape for _, shape in shapes], rendermode=mode, camera=CAMERA), accel=accel).channels()
+    scene = loaded(folder, [shape for _, shape in shapes], rendermode=mode, camera=CAMERA)
+    picture = render(scene, accel=accel).channels()
     values = np.stack([picture[name] for name in channels], -1)
     numbers = np.array([number for number, _ in shapes])
     # +x is to the right and row 0 at the top; a cell is 12 pixels

@@ -55,7 +55,7 @@ def points_inside(shape, lo, hi, rng):
 
 
 def gaps(shape, lo, hi):
-    """Return how far the shape stays away from each of a box's six sides, over the box's size; negative if it sticks out."""
+    """Return how far the shape is from each of a box's six sides, over the box's size; negative if it sticks out."""
     middle, half = (lo + hi) / 2, (hi - lo) / 2
     u, v = (part.ravel() for part in np.meshgrid(*[np.linspace(-1, 1, 101)] * 2))
     p = np.empty((len(u), 3))
@@ -117,7 +117,8 @@ def test_numbers_that_are_no_floats_are_rounded_outwards(tmp_path, shift):
     """Also where rounding to the nearest goes inwards, on both sides of zero."""
     for sign in (1, -1):
         middle = sign * shift * np.array([3, 5, 7])
-        _, description = described(tmp_path, {"type": "box", "min": (middle - shift).tolist(), "max": (middle + shift).tolist()})
+        box = {"type": "box", "min": (middle - shift).tolist(), "max": (middle + shift).tolist()}
+        _, description = described(tmp_path, box)
         (lo, hi), (low, high) = corners(description), on_device(description)
         assert (low <= lo).all() and (hi <= high).all()
 

@@ -6,7 +6,7 @@ import numpy as np
 from renderer.core.backend import Float, UInt32, Vector3f
 from renderer.core.numeric import EPSILON
 from renderer.core.records import Ray
-from renderer.scene.arrange import structure_over
+from renderer.scene.structures import structure_over
 from renderer.scene.geometry import Geometry
 from renderer.scene.triangles import PLAIN, Triangles
 
@@ -90,7 +90,8 @@ def cube():
 
 def write_obj(path, vertices, faces):
     """Write a mesh as an OBJ file with coordinates that read back to the same doubles."""
-    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()] + [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
     path.write_text("\n".join(lines) + "\n")
     return path.name
 
@@ -159,7 +160,7 @@ def soup(name, rng):
 def rays_among(corners, rng, count):
     """Return origins and unit directions, (count, 3) float32 each: three quarters aim at points on triangles.
 
-    A fifth each starts far away, in a corner, and on a triangle, the rest in the scene's box; a tenth runs along an axis.
+    A fifth each starts far away, in a corner, and on a triangle, the rest in the scene's box; a tenth runs along axes.
     """
     corners = corners.astype(np.float64)
     lo, hi = corners.min((0, 1)), corners.max((0, 1))
@@ -172,7 +173,8 @@ def rays_among(corners, rng, count):
     corner = points(np.eye(3)[rng.integers(3, size=count)])
     edge = points(rng.dirichlet((1, 1), count) @ np.eye(3)[:2])
     start, aim = rng.integers(10, size=(2, count, 1))
-    o = np.select([start < 2, start < 4, start < 6], [(lo + hi) / 2 + 10 * size * rng.normal(size=on.shape), corner, on],
+    afar = (lo + hi) / 2 + 10 * size * rng.normal(size=on.shape)
+    o = np.select([start < 2, start < 4, start < 6], [afar, corner, on],
                   rng.uniform(lo - 0.1 * size, hi + 0.1 * size, on.shape))  # fmt: skip
     o = np.float32(o).astype(float)
     shuffled = rng.permutation(count)
