@@ -5,7 +5,7 @@ import pytest
 
 from renderer.core.numeric import EPSILON
 from renderer.core.records import Ray
-from renderer.scene.arrange import _bounds
+from renderer.scene.structures import _bounds
 from renderer.scene.tables import compile_scene
 from renderer.shapes import KINDS
 from tests.shapes.test_contract import vectors
