@@ -23,12 +23,9 @@ BENCHMARKS = {
     "throughput": "samples per CPU second with many samples a pixel",
     "variants": "what the decisions behind the speed are worth",
     "against_mitsuba": "intersection and shadow tests beside Mitsuba's, same rays, same scenes",
-}
-# Not in a full run as long as Mitsuba stands in our tracer's place there (OURS in meshes.py).
-ONLY_WHEN_NAMED = {
+    "structures": "hierarchy, grid and no structure on the same scenes, and from how many shapes on one pays",
     "meshes": "triangle meshes beside Mitsuba's Embree: rays, building, memory, diffuse paths",
 }
-ALL = BENCHMARKS | ONLY_WHEN_NAMED
 NEED_MITSUBA = ("against_mitsuba", "meshes")
 LARGEST_MESH = 10_000_000  # triangles: the soup of so many takes 4.3 GB with Embree alone
 BAD_INPUT, FAILED = 2, 1
@@ -38,9 +35,9 @@ def main(arguments=None):
     """Run what the arguments ask for and return the exit status; missed targets do not count as failures."""
     options = _parser().parse_args(arguments)
     if options.list:
-        print("\n".join(f"{name:16} {summary}" for name, summary in ALL.items()))
+        print("\n".join(f"{name:16} {summary}" for name, summary in BENCHMARKS.items()))
         return 0
-    names = [name for name in ALL if name in (options.names or BENCHMARKS)]
+    names = [name for name in BENCHMARKS if name in (options.names or BENCHMARKS)]
     complaint = _complaint(options, names)
     if complaint:
         print(f"benchmarks: {complaint}", file=sys.stderr)
@@ -72,7 +69,7 @@ def _parser():
         "benchmarks/results.json, the tables made from it, and the numbers in the documents.",
     )
     parser.add_argument("names", nargs="*", metavar="NAME",
-                        help=f"only these: {', '.join(ALL)} (default: {', '.join(BENCHMARKS)})")
+                        help=f"only these: {', '.join(BENCHMARKS)} (default: {', '.join(BENCHMARKS)})")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the results there instead")
     parser.add_argument("--quick", action="store_true", help="small pictures and few repeats: does it work?")
     parser.add_argument("--triangles", type=int, metavar="N",
@@ -84,10 +81,10 @@ def _parser():
 def _complaint(options, names):
     """Return what stands against a measurement, before minutes are spent on it; None if nothing does."""
     for name in options.names:
-        if name not in ALL:
-            near = difflib.get_close_matches(name, ALL, n=1)
+        if name not in BENCHMARKS:
+            near = difflib.get_close_matches(name, BENCHMARKS, n=1)
             hint = f", did you mean '{near[0]}'?" if near else ""
-            return f"unknown benchmark '{name}'{hint} (there are: {', '.join(ALL)})"
+            return f"unknown benchmark '{name}'{hint} (there are: {', '.join(BENCHMARKS)})"
     if options.json and (options.json.is_dir() or not os.access(options.json.resolve().parent, os.W_OK)):
         return f"cannot write to '{options.json}'"
     if options.triangles is not None and not 1 <= options.triangles <= LARGEST_MESH:
@@ -105,7 +102,7 @@ def run(names, effort):
     if results["machine"]["load_before"] > table.QUIET_LOAD:
         print(f"the machine is not quiet: load {results['machine']['load_before']}", file=sys.stderr)
     for name in names:
-        print(f"measuring {name}: {ALL[name]}", file=sys.stderr)
+        print(f"measuring {name}: {BENCHMARKS[name]}", file=sys.stderr)
         module = importlib.import_module(f"benchmarks.{name}")
         results["benchmarks"][name] = {"about": inspect.getdoc(module), **module.measure(effort)}
     return results

@@ -25,7 +25,7 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks import embree, mesh_memory, stand_in
+from benchmarks import embree, mesh_memory, our_meshes, stand_in
 from benchmarks.lanes import done, lanes, vectors
 from benchmarks.measure import interleaved, result, spread
 from benchmarks.mesh_rays import ray_sets
@@ -34,7 +34,7 @@ from benchmarks.targets import HIGHER, LOWER, Figure
 from renderer.core.backend import Float, Vector3f
 
 # What is compared with Mitsuba: a module with `build`, `closest`, `occluded` and `diffuse_path` as in stand_in.py.
-OURS = stand_in
+OURS = our_meshes
 SIZES = (10_000, 100_000, 1_000_000, 10_000_000)  # triangles, about
 SHORTEST = 0.5  # CPU seconds of one measurement: some systems count in steps of 4 ms
 RELATIVE, ABSOLUTE = 1e-4, 1e-6  # distances further apart than both together differ; roundoff is 6e-8 in the unit ball
@@ -178,7 +178,7 @@ class Theirs:
 
 def _paths(tracer, mesh, effort):
     """Return how fast both render the diffuse picture, how bright it is, and how noisy."""
-    picture = DiffusePicture(size=min(LARGEST_PICTURE, effort.height))
+    picture = DiffusePicture(size=1 << min(LARGEST_PICTURE, effort.height).bit_length() - 1)
     samples = max(1, effort.samples // SAMPLES_SHARE)
     accel, theirs = tracer.build(*mesh), embree.DiffusePath(*mesh, picture)
     renders = {"ours": lambda seed=0: done(tracer.diffuse_path(accel, picture, samples, seed))[0],

@@ -10,7 +10,7 @@ import numpy as np
 from renderer.core.backend import UInt32, Vector3f
 from renderer.core.records import Ray
 from renderer.engine.loop import pixel_corner
-from renderer.scene.compiled import SHADOW_END
+from renderer.scene.geometry import SHADOW_END
 
 # Mitsuba starts a shadow ray this many times (1 + largest coordinate) off the surface; so do both sides here.
 MITSUBA_OFFSET = 1500 * 2.0**-24
