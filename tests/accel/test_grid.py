@@ -60,6 +60,34 @@ def test_hits_do_not_depend_on_the_density(density):
     assert all(map(np.array_equal, closest(structure, ray), closest(reference, ray)))
 
 
+def test_corners_of_items_in_corners_of_cells_are_met():
+    """What the leaf test takes for a hit is in a cell on the way, though the way may be off by rounding too."""
+    rng = np.random.default_rng(9)
+    count, ends = 500, np.array([[[0.0, 0, 0]] * 3, [[1.0, 1, 1]] * 3])
+    legs = 0.05 * rng.random((count, 3, 3)) * [[[0], [1], [1]]]
+
+    def at(corners):
+        return np.concatenate([corners[:, None] + legs, ends])
+
+    def over(triangles):
+        leaves, lo, hi = items(triangles)
+        return Grid.over(leaves, lo, hi, density=1), BruteForce(leaves)
+
+    places = planes(over(at(0.9 * rng.random((count, 3))))[0].layouts[0])
+    corners = np.stack([rng.choice(numbers[1:-2], count) for numbers in places], 1).astype(np.float64)
+    corners *= 1 + 5e-7  # inside, by less than the rounding of rays from afar
+    structure, reference = over(at(corners))
+    assert all(map(np.array_equal, planes(structure.layouts[0]), places))
+
+    d = rng.normal(size=(RAYS, 3))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    o = corners[rng.integers(count, size=RAYS)] - d * rng.choice([0.5, 5.0, 25.0, 300.0], (RAYS, 1))
+    ray = Ray(grid_inputs.vector(o), grid_inputs.vector(d))
+    (t, index), expected = closest(structure, ray), closest(reference, ray)
+    assert np.array_equal(t, expected[0]) and np.array_equal(index, expected[1])
+    assert 0.1 < (index != NO_SHAPE).mean() < 0.9
+
+
 def test_earlier_hits_and_limits_are_kept():
     """What other shapes brought stays unless something nearer is found; equal distances go to the lower index."""
     structure, reference, ray = of_triangles(INPUTS["soup"], 10_000)
