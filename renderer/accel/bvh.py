@@ -41,13 +41,13 @@ class Bvh:
     index, so that the hit does not depend on the structure.
     """
 
-    def __init__(self, records, reach):
-        """Hold `records` (UInt32, evaluated) of a scene with coordinates up to `reach` (Float, opaque)."""
-        self._records, self._reach = records, reach
+    def __init__(self, records, middle, radius):
+        """Hold `records` (UInt32, evaluated) of a scene that reaches `radius` from `middle` along each axis (opaque)."""
+        self._records, self._middle, self._radius = records, middle, radius
 
     def slabs(self, ray):
         """Return what `step` needs of the rays."""
-        return Slabs.of(ray, self._reach)
+        return Slabs.of(ray, self._middle, self._radius)
 
     def start(self, lanes):
         """Return lanes at the root."""
@@ -97,7 +97,7 @@ class Bvh:
     def trace(self, ray, t, index, leaf, active, any_hit=False):
         """Return distance and index of the closest hit of each active ray, or of any; what was given where it has none."""
         slabs, lanes = self.slabs(ray), max(dr.width(ray), dr.width(t), dr.width(active))
-        t, index, active = (widened(value, lanes) for value in (t, index, active))
+        t, index, active = (widened(value, lanes) for value in (t, index, active & slabs.valid))
         _, t, index, _ = dr.while_loop(
             (self.start(lanes), t, index, active),
             lambda walk, t, index, active: active,

@@ -107,7 +107,7 @@ class Grid:
 
     def _start(self, ray, t, active, lanes):
         """Return the walks where rays enter the grid, their courses, and which rays enter at all."""
-        slabs = Slabs.of(ray, self._reach)
+        slabs = Slabs.of(ray, Vector3f(0), self._reach)
         near, far = Float(0), t
         for axis in range(3):
             low, high = self._lowest[axis], self._highest[axis]

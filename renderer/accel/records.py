@@ -18,7 +18,7 @@ WORDS = 16
 PACKET = 8  # words that one gather brings to each lane: the most that Dr.Jit 1.5 moves at once
 PRIMITIVE, ORIGIN, TAG = 12, 12, 15  # words
 FREE = (*range(12), 13, 14)  # words of a leaf that are its test's own
-LEAF, KIND = 0x80000000, 0xFF  # bits of the tag
+LEAF = 0x80000000  # bit of the tag; the others are the kind
 NO_PRIMITIVE = 0xFFFFFFFF
 HIGH_HALF = 0xFFFF0000
 

@@ -16,6 +16,7 @@ from renderer.core.backend import Float, Vector3f
 from renderer.core.numeric import EPSILON, away_from_zero, greater
 
 BOX_ROUNDOFFS = 32.0
+MOST = 1e38
 
 
 @dataclass
@@ -27,10 +28,16 @@ class Slabs:
     slack: Vector3f  # by which entries are earlier and exits later; distance along the ray
     negative: list  # for each axis, whether the ray runs down it
 
+    @property
+    def valid(self):
+        """Whether the ray is one: NaN would meet every box, and those that are not there."""
+        parts = self.o + self.rate
+        return abs(parts.x + parts.y + parts.z) <= MOST
+
     @classmethod
-    def of(cls, ray, reach):
-        """Return the slabs of rays in a scene whose coordinates are at most `reach` (Float) in size."""
+    def of(cls, ray, middle, radius):
+        """Return the slabs of rays in a scene that reaches up to `radius` (Float) from `middle` along each axis."""
         rate = Vector3f(*(dr.rcp(away_from_zero(component)) for component in ray.d))
-        o = abs(ray.o)
-        rounding = (greater(o.x, greater(o.y, o.z)) + reach) * Float(BOX_ROUNDOFFS * EPSILON)
+        away = abs(ray.o - middle)
+        rounding = (greater(away.x, greater(away.y, away.z)) + radius) * Float(BOX_ROUNDOFFS * EPSILON)
         return cls(ray.o, rate, abs(rate) * rounding, [component < 0 for component in rate])

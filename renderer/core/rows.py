@@ -31,6 +31,9 @@ class Rows:
         self._data = array_type(self._host)
         self._scalars = {}
         dr.eval(self._data)
+        if self.count <= UNROLL_LIMIT:  # now, because a variable made in a loop must not be kept beyond it
+            for place in range(self.count * self.width):
+                self._scalar(place)
 
     def __getitem__(self, index):
         """Return the record at a literal index (int) or at a lane index (UInt32)."""

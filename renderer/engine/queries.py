@@ -80,7 +80,9 @@ def _in_turns(geometry, rays, ends):
         queries = list(queries)
         tests = [(bvh.slabs(Ray(query.o, query.d)), geometry.leaf_test(Ray(query.o, query.d))) for query in queries]
         running = [query.number < stop for query, stop in zip(queries, stops)]
-        active = [run & (query.index == NO_SHAPE) if any_hit else run for run, query in zip(running, queries)]
+        active = [run & slabs.valid for run, (slabs, _) in zip(running, tests)]
+        if any_hit:
+            active = [still & (query.index == NO_SHAPE) for still, query in zip(active, queries)]
         for _ in range(STEPS):
             fetched = [bvh.fetch(query.walk, still) for query, still in zip(queries, active)]
             for k, (query, (slabs, leaf)) in enumerate(zip(queries, tests)):

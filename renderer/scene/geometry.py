@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.accel import watertight
-from renderer.accel.records import FREE, KIND, PRIMITIVE, TAG
+from renderer.accel.records import FREE, LEAF, PRIMITIVE, TAG
 from renderer.core import rows
 from renderer.core.backend import Bool, Float, UInt32, Vector2f, Vector3f
 from renderer.core.numeric import EPSILON, FAR, LEAVE_ULPS, greater
@@ -131,15 +131,15 @@ class Geometry:
         axes = watertight.Axes.of(ray) if self.triangles else None
 
         def test(words):
-            kind, this = words[TAG] & KIND, words[PRIMITIVE]
+            this = words[PRIMITIVE]
             found = []
             if axes:
-                here = kind == TRIANGLES if groups else Bool(True)
+                here = words[TAG] == LEAF | TRIANGLES
                 for inside, t, index in watertight.test(words, axes):
                     met = here & inside & (t > t_min)
                     found.append((met if ray.left_index is None else met & (index != ray.left_index), t, index))
             for group in groups:
-                here = kind == group.code if axes or len(groups) > 1 else Bool(True)
+                here = words[TAG] == LEAF | group.code
                 row = LeafRow(words) if group.inline else group.rows.row(this - group.first, here)
                 met, t = _distance(group.kind, row, ray, this, t_min)
                 found.append((met & here, t, this))

@@ -35,9 +35,11 @@ def structure_over(triangles, groups=(), shapes=(), accel="bvh"):
         return BruteForce(leaves)
     if accel == "grid":
         return Grid.over(leaves, lo, hi)
-    reach = dr.max([dr.max(greater(abs(a), abs(b))) for a, b in zip(lo, hi)])
-    dr.make_opaque(reach)
-    return Bvh(assemble(build(lo, hi), leaves), reach)
+    lowest, highest = (Vector3f(*map(bound, corner)) for bound, corner in ((dr.min, lo), (dr.max, hi)))
+    half = highest * 0.5 - lowest * 0.5
+    middle, radius = lowest + half, greater(half.x, greater(half.y, half.z))
+    dr.make_opaque(middle, radius)
+    return Bvh(assemble(build(lo, hi), leaves), middle, radius)
 
 
 def _leaf_words(group):

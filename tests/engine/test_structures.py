@@ -16,7 +16,7 @@ from renderer.engine.render import render
 from renderer.scene.geometry import leave
 from renderer.scene.schema import RENDER_MODES
 from renderer.scene.tables import compile_scene
-from tests.support.alone import Died, run_alone
+from tests.support.alone import run_alone
 from tests.support.scenes import MATT, loaded, point_light
 from tests.support.soups import ball, cube, unit, vectors, write_obj
 
@@ -112,14 +112,11 @@ from tests.support.scenes import loaded
 shapes = [*crowd(np.random.default_rng(0), {kinds}, 60, (GLASS,)), FLOOR]
 render(loaded(pathlib.Path({folder!r}), shapes, LIGHTS, camera=SIZE, rendermode={mode!r}), accel={accel!r})
 """
-LOOPED = pytest.mark.xfail(
-    strict=True, raises=Died, reason="values first read within a loop are used behind it: no valid kernel"
-)
 
 
 @pytest.mark.parametrize("mode", ["phong", "normals"])
 @pytest.mark.parametrize("kinds, accel", [
-    pytest.param(("sphere",), "none", marks=LOOPED), (("sphere",), "bvh"),
+    (("sphere",), "none"), (("sphere",), "bvh"),
     (("sphere",) * 8 + ("convex", "triangle"), "bvh"),
 ])  # fmt: skip
 def test_many_shapes_render(tmp_path, root, kinds, accel, mode):
@@ -161,9 +158,6 @@ compare_arrays(pathlib.Path({folder!r}), np.random.default_rng(0), ("sphere", "c
 """
 
 
-@pytest.mark.xfail(
-    strict=True, raises=Died, reason="at inner nodes too, the leaf test reads rows of kinds that do not fit a record"
-)
 def test_rays_in_arrays_meet_what_no_record_holds(tmp_path, root):
     """In a process of its own, which reading outside of the rows ends."""
     code = ARRAYS.format(folder=str(tmp_path))
