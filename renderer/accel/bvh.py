@@ -68,8 +68,21 @@ class Bvh:
         leaf tests are jumped over where no lane of a packet is at a leaf.
         """
         words, top = fetched
+        walk, goes_on, here = self._follow(walk, words, top, _entries(words, slabs, t), active)
+
+        def test(t, index, closer):
+            met, distance, primitive = leaf(words)
+            closer = here & met & ((distance < t) | ((distance == t) & (primitive < index)))
+            return dr.select(closer, distance, t), dr.select(closer, primitive, index), closer
+
+        state = t, index, dr.zeros(Bool, dr.width(t))
+        t, index, closer = dr.if_stmt(state, here, test, lambda *state: state, label="leaf") if jump else test(*state)
+        return walk, t, index, goes_on if any_hit is False else goes_on & ~(closer & any_hit)
+
+    def _follow(self, walk, words, top, entries, active):
+        """Return the walk at its next record, whether there is one, and which lanes were at a leaf."""
         at_leaf = words[TAG] >= LEAF
-        nearest, *others = _sorted(_entries(words, slabs, t))
+        nearest, *others = _sorted(entries)
         enters = (nearest != MISSED) & ~at_leaf
 
         # what waits: the other children, or what is left on top of the stack when its next child is taken
@@ -81,18 +94,37 @@ class Bvh:
         walk.stack.write(dr.select(pushes, _waiting(words[TAG], others), rest), place, (pushes | keeps) & active)
         height = dr.select(pushes, walk.height + 1, dr.select(pops & ~keeps, walk.height - 1, walk.height))
         following = dr.select(enters, words[TAG] + (nearest & SLOT), (top >> WAITING_BITS) + next_slot)
-
-        def test(t, index, closer):
-            met, distance, primitive = leaf(words)
-            closer = here & met & ((distance < t) | ((distance == t) & (primitive < index)))
-            return dr.select(closer, distance, t), dr.select(closer, primitive, index), closer
-
-        here = active & at_leaf
-        state = t, index, dr.zeros(Bool, dr.width(t))
-        t, index, closer = dr.if_stmt(state, here, test, lambda *state: state, label="leaf") if jump else test(*state)
         walk = Walk(dr.select(active, following, walk.record), dr.select(active, height, walk.height), walk.stack)
-        goes_on = active & (enters | pops)
-        return walk, t, index, goes_on if any_hit is False else goes_on & ~(closer & any_hit)
+        return walk, active & (enters | pops), active & at_leaf
+
+    def trace_groups(self, rays, hits, leaves):
+        """Return [(distance, index)] of the closest hit of each of a lane's valid rays, which share one walk.
+
+        `hits` are what they begin with, `leaves` their leaf tests. Pays where the rays go about the same way: a record
+        is fetched once for all of them, and a box tested once.
+        """
+        slabs, lanes = Slabs.of_group(rays, self._middle, self._radius), dr.width(rays[0])
+        hits = [tuple(widened(part, lanes) for part in hit) for hit in hits]
+
+        def step(walk, active, hits):
+            words, top = self.fetch(walk, active)
+            farthest = hits[0][0]
+            for t, _ in hits[1:]:
+                farthest = greater(t, farthest)
+            walk, goes_on, here = self._follow(walk, words, top, _entries(words, slabs, farthest), active)
+
+            def test(hits):
+                found = []
+                for leaf, (t, index) in zip(leaves, hits):
+                    met, distance, primitive = leaf(words)
+                    closer = here & met & ((distance < t) | ((distance == t) & (primitive < index)))
+                    found.append((dr.select(closer, distance, t), dr.select(closer, primitive, index)))
+                return found
+
+            return walk, goes_on, dr.if_stmt((hits,), here, test, lambda hits: hits, label="leaf")
+
+        state = self.start(lanes), dr.full(Bool, True, lanes), hits
+        return dr.while_loop(state, lambda walk, active, hits: active, step, label="bvh of groups")[2]
 
     def trace(self, ray, t, index, leaf, active, any_hit=False):
         """Return distance and index of the closest hit of each active ray, or of any; what was given where it has none."""
@@ -116,16 +148,22 @@ def _entries(words, slabs, t):
     near, far = [Float(0)] * WIDTH, [t] * WIDTH
     for axis in range(3):
         low, high = words[4 * axis : 4 * axis + 2], words[4 * axis + 2 : 4 * axis + 4]
-        origin = (dr.reinterpret_array(Float, words[ORIGIN + axis]) - slabs.o[axis]) * slabs.rate[axis]
-        for planes, swapped, base, bounds, tighter in (
-            (low, high, origin - slabs.slack[axis], near, greater),
-            (high, low, origin + slabs.slack[axis], far, lesser),
-        ):
+        origin = dr.reinterpret_array(Float, words[ORIGIN + axis])
+        for planes, swapped, o, sign, bounds, tighter, wider in (
+            (low, high, slabs.o[0], -1, near, greater, lesser), (high, low, slabs.o[1], 1, far, lesser, greater),
+        ):  # fmt: skip
+            lines = [
+                (rate[axis], (origin - o[axis]) * rate[axis] + sign * slack[axis])
+                for rate, slack in zip(slabs.rates, slabs.slacks)
+            ]
             for pair in range(2):
                 word = dr.select(slabs.negative[axis], swapped[pair], planes[pair])
                 for k, bits in ((2 * pair, word & HIGH_HALF), (2 * pair + 1, word << 16)):
                     plane = dr.reinterpret_array(Float, bits)
-                    bounds[k] = tighter(dr.fma(plane, slabs.rate[axis], base), bounds[k])
+                    bound = dr.fma(plane, *lines[0])
+                    for line in lines[1:]:
+                        bound = wider(bound, dr.fma(plane, *line))
+                    bounds[k] = tighter(bound, bounds[k])
     keys = ((dr.reinterpret_array(UInt32, near[k]) & ~UInt32(SLOT)) | k for k in range(WIDTH))
     return [dr.select(near[k] <= far[k], key, MISSED) for k, key in enumerate(keys)]
 

@@ -111,10 +111,10 @@ class Grid:
         near, far = Float(0), t
         for axis in range(3):
             low, high = self._lowest[axis], self._highest[axis]
-            negative, slack = slabs.negative[axis], slabs.slack[axis]
+            negative, slack = slabs.negative[axis], slabs.slacks[0][axis]
             enters, leaves = dr.select(negative, high, low), dr.select(negative, low, high)
-            near = greater(dr.fma(enters - ray.o[axis], slabs.rate[axis], -slack), near)
-            far = lesser(dr.fma(leaves - ray.o[axis], slabs.rate[axis], slack), far)
+            near = greater(dr.fma(enters - ray.o[axis], slabs.rates[0][axis], -slack), near)
+            far = lesser(dr.fma(leaves - ray.o[axis], slabs.rates[0][axis], slack), far)
         active = active & (near <= far)
 
         o = abs(ray.o)
@@ -131,9 +131,9 @@ class Grid:
             place = UInt32(lesser(greater(position, Float(0)), floats[COUNTS + axis] - 1))
             cell = cell + place * words[STRIDES + axis]
             plane = dr.fma(Float(place) + dr.select(negative, Float(0), 1), floats[EDGE], corner)
-            first[axis] = greater((plane - ray.o[axis]) * slabs.rate[axis], Float(-NEVER))
+            first[axis] = greater((plane - ray.o[axis]) * slabs.rates[0][axis], Float(-NEVER))
             strides.append(dr.select(negative, 0 - words[STRIDES + axis], words[STRIDES + axis]))
-        pitch = Vector3f(*(lesser(abs(rate) * floats[EDGE], Float(3 * NEVER)) for rate in slabs.rate))
+        pitch = Vector3f(*(lesser(abs(rate) * floats[EDGE], Float(3 * NEVER)) for rate in slabs.rates[0]))
         per_pitch = abs(ray.d) * floats[PER_EDGE]
         course = Course(first, pitch, per_pitch, strides)
         return Walk(dr.gather(UInt32, self._cells, cell, active), cell, dr.zeros(Vector3f, lanes)), course, active

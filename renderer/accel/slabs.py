@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.core.backend import Float, Vector3f
-from renderer.core.numeric import EPSILON, away_from_zero, greater
+from renderer.core.numeric import EPSILON, FAR, away_from_zero, greater, lesser
 
 BOX_ROUNDOFFS = 32.0
 MOST = 1e38
@@ -21,17 +21,21 @@ MOST = 1e38
 
 @dataclass
 class Slabs:
-    """What box tests need of a ray."""
+    """What box tests need of a ray, or of a group of rays that share one walk.
 
-    o: Vector3f
-    rate: Vector3f  # 1 / d, finite
-    slack: Vector3f  # by which entries are earlier and exits later; distance along the ray
+    A group enters a slab where the first of its rays does and leaves it where the last one does: the extremes over its
+    origins and its rates, of which only the least and the greatest are kept.
+    """
+
+    o: list  # [where the group enters slabs from, where it leaves them from], Vector3f; twice the same for one ray
+    rates: list  # 1 / d, finite, Vector3f: of the ray, or the least and the greatest of the group
+    slacks: list  # for each rate, by which entries are earlier and exits later; distance along the ray, Vector3f
     negative: list  # for each axis, whether the ray runs down it
 
     @property
     def valid(self):
         """Whether the ray is one: NaN would meet every box, and those that are not there."""
-        parts = self.o + self.rate
+        parts = self.o[0] + self.rates[0]
         return abs(parts.x + parts.y + parts.z) <= MOST
 
     @classmethod
@@ -40,4 +44,31 @@ class Slabs:
         rate = Vector3f(*(dr.rcp(away_from_zero(component)) for component in ray.d))
         away = abs(ray.o - middle)
         rounding = (greater(away.x, greater(away.y, away.z)) + radius) * Float(BOX_ROUNDOFFS * EPSILON)
-        return cls(ray.o, rate, abs(rate) * rounding, [component < 0 for component in rate])
+        return cls([ray.o, ray.o], [rate], [abs(rate) * rounding], [component < 0 for component in rate])
+
+    @classmethod
+    def of_group(cls, rays, middle, radius):
+        """Return the slabs that hold those of several valid rays.
+
+        Along an axis that some of them run up and some down, boxes do not restrict the group.
+        """
+        each = [cls.of(ray, middle, radius) for ray in rays]
+        o, rates, slacks = [Vector3f(0), Vector3f(0)], [Vector3f(1), Vector3f(1)], [Vector3f(FAR), Vector3f(FAR)]
+        for axis in range(3):
+            least, most = (_extreme(choose, [one.rates[0][axis] for one in each]) for choose in (lesser, greater))
+            slack = _extreme(greater, [one.slacks[0][axis] for one in each])
+            first, last = (_extreme(choose, [ray.o[axis] for ray in rays]) for choose in (lesser, greater))
+            agree, down = (least > 0) | (most < 0), most < 0
+            # up an axis, what starts furthest along enters first; down it, what starts least far
+            o[0][axis], o[1][axis] = dr.select(down, first, last), dr.select(down, last, first)
+            for k, rate in enumerate((least, most)):
+                rates[k][axis], slacks[k][axis] = dr.select(agree, rate, 1), dr.select(agree, slack, FAR)
+        return cls(o, rates, slacks, [component < 0 for component in rates[0]])
+
+
+def _extreme(choose, values):
+    """Return the least or the greatest of several."""
+    found = values[0]
+    for value in values[1:]:
+        found = choose(found, value)
+    return found

@@ -9,6 +9,7 @@ import drjit as dr
 
 from renderer.core import backend
 from renderer.core.backend import Float, UInt32, Vector2f, Vector3f
+from renderer.core.records import Ray
 from renderer.engine import tonemap as tonemapping
 from renderer.engine.loop import pixel_corner, sample_pixels
 from renderer.integrators import INTEGRATORS, first_hit
@@ -108,7 +109,14 @@ def _first_hits(mode, scene, camera, width, height):
     """Return the picture and the raw channels of a debug mode."""
     kind, row = camera
     corner = pixel_corner(dr.arange(UInt32, width * height), dr.opaque(UInt32, width))
-    named, colour = first_hit.channels(mode, scene, *kind.ray(row, corner + Vector2f(0.5)))
+    ray = Ray(*kind.ray(row, corner + Vector2f(0.5)))
+    if scene.structure is None:
+        hit = scene.intersect(ray)
+    else:
+        from renderer.engine import queries  # small scenes start faster without
+
+        hit = queries.closest(scene, ray, coherent=True)
+    named, colour = first_hit.channels(mode, scene, ray, hit)
     # values that are the same everywhere, as in an empty scene, are spread over all pixels
     named = {name: value + dr.zeros(type(value), width * height) for name, value in named.items()}
     colour += dr.zeros(Vector3f, width * height)

@@ -6,18 +6,16 @@ import drjit as dr
 
 from renderer.core.backend import Float, Vector3f
 from renderer.core.numeric import FAR
-from renderer.core.records import NO_SHAPE, Ray
+from renderer.core.records import NO_SHAPE
 
 PALETTE_STEP = (0.61803399, 0.75487767, 0.5698403)  # fractions of plastic and golden ratio: neighbours differ
 
 
-def channels(mode, scene, o, d):
-    """Return {EXR channel name: lanes} of a debug mode, and its picture as a colour in [0, 1].
+def channels(mode, scene, ray, hit):
+    """Return {EXR channel name: lanes} of a debug mode at the rays' closest hits, and its picture as a colour in [0, 1].
 
     Where nothing is hit the picture is black, depth is FAR, the shape NO_SHAPE and everything else 0.
     """
-    ray = Ray(o, d)
-    hit = scene.intersect(ray)
     return MODES[mode](scene, hit, scene.surface(ray, hit, with_uv=mode in ("uv", "albedo")))
 
 
