@@ -240,7 +240,7 @@ def _rays_down_an_axis_are_taken_for_rays_up(monkeypatch):
 
     def upwards(self, ray):
         found = slabs(self, ray)
-        return Slabs(found.o, found.rate, found.slack, [Bool(False)] * 3)
+        return Slabs(found.o, found.rates, found.slacks, [Bool(False)] * 3)
 
     monkeypatch.setattr(bvh_module.Bvh, "slabs", upwards)
 
