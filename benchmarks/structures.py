@@ -43,7 +43,8 @@ def measure(effort):
 
 def _structures(effort):
     """Yield a row for each scene and kind of rays."""
-    meshes = {"bumpy mesh": bumpy(SIZE), "soup": soup(SIZE), "mesh in a stadium": _stadium(), "small mesh": bumpy(SMALL)}
+    meshes = {"bumpy mesh": bumpy(SIZE), "soup": soup(SIZE), "mesh in a stadium": _stadium()}
+    meshes["small mesh"] = bumpy(SMALL)
     made = {name: _of_mesh(*mesh) for name, mesh in meshes.items()} | {"spheres and cylinders": _cloud()}
     rays = {rays.name: rays for rays in ray_sets(*meshes["bumpy mesh"], effort.width, effort.height)}
     for name, geometry_of in made.items():

@@ -14,7 +14,7 @@ class BruteForce:
         self._records, self._count = records, dr.opaque(UInt32, len(records) // WORDS)
 
     def trace(self, ray, t, index, leaf, active, any_hit=False):
-        """Return distance and index of the closest hit of each active ray, or of any; what was given where it has none."""
+        """Return distance and index of each active ray's closest hit, or of any; where it has none, what was given."""
         lanes = max(dr.width(ray), dr.width(t), dr.width(active))
         t, index, active = (widened(value, lanes) for value in (t, index, active))
 

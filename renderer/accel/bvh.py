@@ -42,7 +42,7 @@ class Bvh:
     """
 
     def __init__(self, records, middle, radius):
-        """Hold `records` (UInt32, evaluated) of a scene that reaches `radius` from `middle` along each axis (opaque)."""
+        """Hold `records` (UInt32, evaluated) of a scene that reaches `radius` from `middle` along each axis."""
         self._records, self._middle, self._radius = records, middle, radius
 
     def slabs(self, ray):
@@ -127,15 +127,15 @@ class Bvh:
         return dr.while_loop(state, lambda walk, active, hits: active, step, label="bvh of groups")[2]
 
     def trace(self, ray, t, index, leaf, active, any_hit=False):
-        """Return distance and index of the closest hit of each active ray, or of any; what was given where it has none."""
+        """Return distance and index of each active ray's closest hit, or of any; where it has none, what was given."""
         slabs, lanes = self.slabs(ray), max(dr.width(ray), dr.width(t), dr.width(active))
         t, index, active = (widened(value, lanes) for value in (t, index, active & slabs.valid))
-        _, t, index, _ = dr.while_loop(
-            (self.start(lanes), t, index, active),
-            lambda walk, t, index, active: active,
-            lambda walk, *state: self.step(walk, self.fetch(walk, state[-1]), slabs, *state[:2], leaf, state[2], any_hit, True),
-            label="bvh",
-        )
+
+        def step(walk, t, index, active):
+            return self.step(walk, self.fetch(walk, active), slabs, t, index, leaf, active, any_hit, jump=True)
+
+        state = self.start(lanes), t, index, active
+        _, t, index, _ = dr.while_loop(state, lambda walk, t, index, active: active, step, label="bvh")
         return t, index
 
 

@@ -1,10 +1,10 @@
 """Pairs of triangles against rays, so that no ray slips through an edge or a corner that triangles share.
 
-After [Woop2013], the corners are projected along the ray, here onto two axes perpendicular to it, and the signs of three
-edge functions x_i y_j - x_j y_i decide. A corner is projected alike in every triangle that has it, and a difference of
-products computed with Kahan's compensation has the exact sign [Jeannerod2013]: neighbours see the same planar figure and
-agree on which side of their edge the ray passes. A zero counts as inside for both. Products must neither overflow nor
-vanish, which holds for corners between 1e-15 and 1e15 scene units from the ray.
+After [Woop2013], the corners are projected along the ray, here onto two axes perpendicular to it, and the signs of
+three edge functions x_i y_j - x_j y_i decide. A corner is projected alike in every triangle that has it, and a
+difference of products computed with Kahan's compensation has the exact sign [Jeannerod2013]: neighbours see the same
+planar figure and agree on which side of their edge the ray passes. A zero counts as inside for both. Products must
+neither overflow nor vanish, which holds for corners between 1e-15 and 1e15 scene units from the ray.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def barycentric(axes, a, b, c):
 
 
 def leaf_words(pairs, first_index):
-    """Return the leaf words of `Pairs` whose triangles count from `first_index`, but for the tag: UInt32, 16 an item."""
+    """Return the leaf words (UInt32, 16 an item) of `Pairs` of triangles from `first_index` on, but for the tag."""
     count = len(pairs.first)
     words, place = dr.zeros(UInt32, WORDS * count), WORDS * dr.arange(UInt32, count)
     for k, corner in enumerate((pairs.v0, pairs.v1, pairs.v2, pairs.v3)):

@@ -94,7 +94,7 @@ class Geometry:
         return Hit(t, index)
 
     def loose_hit(self, ray, end):
-        """Return the closest hit before `end` with shapes outside of the structure: distance, `end` for none, and index."""
+        """Return distance and index of the closest hit before `end` outside of the structure; `end` for none."""
         t, index = end, UInt32(NO_SHAPE)
         t_min = _closest_allowed(ray)
         for group in self._loose:
@@ -153,7 +153,7 @@ class Geometry:
         p = dr.fma(ray.d, dr.select(hit.valid, hit.t, 0), ray.o)
         results = []
         if self.triangles:
-            here = hit.valid & (hit.index >= self.triangles.first) & (hit.index < self.triangles.first + self.triangles.count)
+            here = self.triangles.hold(hit.index)
             results.append((here, self.triangles.surface(ray, hit.index, here, with_uv)))
         for group in self.shapes:
             here = group.holds(hit.index)

@@ -1,4 +1,4 @@
-"""The structure over a scene's shapes: from their parameters to leaf records and boxes, and from these to what is traced."""
+"""The structure over a scene's shapes: their parameters become leaf records and boxes, and these what is traced."""
 
 import drjit as dr
 

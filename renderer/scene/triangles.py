@@ -31,6 +31,10 @@ class Triangles:
         self.first, self.count, self.of_meshes = first, len(corners) // CORNER_WORDS, of_meshes
         self._vertices, self._corners, self._words = vertices, corners, vertex_words
 
+    def hold(self, index):
+        """Return whether a lane's primitive is one of these."""
+        return (index >= self.first) & (index < self.first + self.count)
+
     def positions(self):
         """Return the positions of the three corners of all triangles (Vector3f, a lane a triangle)."""
         place = CORNER_WORDS * dr.arange(UInt32, self.count)
@@ -68,5 +72,6 @@ class Triangles:
             length = dr.squared_norm(smooth)
             found.n_smooth = dr.select(length > TINY, smooth * dr.rsqrt(greater(length, Float(TINY))), n_geo)
         if with_uv:
-            found.uv = mean([Vector2f(vertex[3], vertex[7]) for vertex in words]) if self._words == FULL else Vector2f(b1, b2)
+            full = self._words == FULL
+            found.uv = mean([Vector2f(vertex[3], vertex[7]) for vertex in words]) if full else Vector2f(b1, b2)
         return found
