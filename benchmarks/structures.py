@@ -139,7 +139,8 @@ def _crossover(count, effort):
     for sort in ("from inside", "primary"):
         host = next(iter(rays[sort].orders.values()))
         ray = Ray(vectors(Vector3f, Float, host.o), vectors(Vector3f, Float, host.d))
-        actions = {accel: partial(_trace, compile_scene(loaded, accel), ray, True) for accel in ("none", "bvh")}
+        scenes = {accel: compile_scene(loaded, accel) for accel in ("none", "bvh")}
+        actions = {accel: partial(_trace, scene, ray, sort == "primary") for accel, scene in scenes.items()}
         for accel, seconds in interleaved(actions, effort.repeats).items():
             whose = "unrolled" if accel == "none" else "hierarchy"
             row[f"{sort}, {whose}, M rays/CPU s"] = spread([len(host.o) / 1e6 / second for second in seconds])
