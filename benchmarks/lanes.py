@@ -5,12 +5,12 @@ from __future__ import annotations
 import drjit as dr
 import numpy as np
 
+from renderer.core.backend import from_host
+
 
 def lanes(kind, host):
-    """Return an aligned array of a Dr.Jit type; arrays that numpy lends are not, and load more slowly."""
-    array = kind(np.ascontiguousarray(host)) + dr.opaque(kind, 0)
-    dr.eval(array)
-    return array
+    """Return an array of the host as one of a Dr.Jit type."""
+    return from_host(kind, np.ascontiguousarray(host))
 
 
 def vectors(vector, kind, host):

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from benchmarks.diffuse_path import DiffusePath
-from benchmarks.lanes import lanes
-from renderer.core.backend import Float, UInt32
 from renderer.core.records import Ray
 from renderer.engine import queries
-from renderer.scene.structures import structure_over
 from renderer.scene.geometry import Geometry
-from renderer.scene.triangles import CORNER_WORDS, PLAIN, Triangles
+from renderer.scene.meshes import plain_triangles
+from renderer.scene.structures import structure_over
 
 
 def build(vertices, faces):
     """Return the Geometry of one mesh, from (V, 3) float32 and (F, 3) uint32 on the host."""
-    padded, corners = np.zeros((len(vertices), PLAIN), np.float32), np.zeros((len(faces), CORNER_WORDS), np.uint32)
-    padded[:, :3], corners[:, :3] = vertices, faces
-    triangles = Triangles(lanes(Float, padded.ravel()), lanes(UInt32, corners.ravel()), PLAIN, 0, of_meshes=True)
+    triangles = plain_triangles(vertices, faces)
     return Geometry((), triangles, structure_over(triangles), 1)
 
 

@@ -15,18 +15,18 @@ from functools import partial
 import drjit as dr
 import numpy as np
 
-from benchmarks.lanes import done, lanes, vectors
+from benchmarks.lanes import done, vectors
 from benchmarks.measure import interleaved, result, spread
 from benchmarks.mesh_rays import ray_sets
 from benchmarks.mesh_scenes import bumpy, in_ball, on_sphere, soup
-from renderer.core.backend import Float, UInt32, Vector3f
+from renderer.core.backend import Float, Vector3f
 from renderer.core.records import Ray
 from renderer.engine import queries
 from renderer.scene.geometry import Geometry
 from renderer.scene.loader import from_dict
+from renderer.scene.meshes import plain_triangles
 from renderer.scene.structures import structure_over
 from renderer.scene.tables import compile_scene
-from renderer.scene.triangles import CORNER_WORDS, PLAIN, Triangles
 
 SIZE, SMALL = 10_000, 1_000  # triangles, or shapes; `none` is only measured with few of them
 CLOUD = 12_800
@@ -79,9 +79,7 @@ def _trace(geometry, ray, coherent):
 
 def _of_mesh(vertices, faces):
     """Return a function from the structure's name to the Geometry of one mesh."""
-    padded, corners = np.zeros((len(vertices), PLAIN), np.float32), np.zeros((len(faces), CORNER_WORDS), np.uint32)
-    padded[:, :3], corners[:, :3] = vertices, faces
-    triangles = Triangles(lanes(Float, padded.ravel()), lanes(UInt32, corners.ravel()), PLAIN, 0, of_meshes=True)
+    triangles = plain_triangles(vertices, faces)
 
     def build(accel):
         geometry = Geometry((), triangles, structure_over(triangles, accel=accel), 1)

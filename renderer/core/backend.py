@@ -59,6 +59,16 @@ Vector2f = _types.Array2f
 Vector3f = _types.Array3f
 
 
+def from_host(kind, host):
+    """Return a contiguous numpy array as an evaluated, aligned one of the type `kind`.
+
+    `kind(host)` borrows numpy's memory, which need not be aligned: packet gathers from it become single ones.
+    """
+    array = kind(host) + dr.opaque(kind, 0)
+    dr.eval(array)
+    return array
+
+
 def host_bytes(array):
     """Return the raw bytes of an evaluated one-dimensional array, without a detour over numpy where memory is shared."""
     return bytes(array.memview()) if NAME == "llvm" else array.numpy().tobytes()

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from renderer.core.backend import Float, UInt32
+from renderer.core.backend import Float, UInt32, from_host
 from renderer.core.errors import SceneError
 from renderer.io.mesh import read_mesh
 from renderer.io.mesh_normals import smooth_normals
@@ -52,7 +52,20 @@ def triangles(shapes, files, first, uv_shown):
         corners[corner : corner + len(faces)] = faces
         corners[corner : corner + len(faces), :3] += np.uint32(vertex)
         vertex, corner = vertex + len(positions), corner + len(faces)
-    return Triangles(Float(vertices.ravel()), UInt32(corners.ravel()), words, first, bool(meshes))
+    return _triangles(vertices, corners, first, bool(meshes))
+
+
+def plain_triangles(vertices, faces):
+    """Return the Triangles of one mesh, (V, 3) and (F, 3) on the host, without normals and texture coordinates."""
+    padded, corners = np.zeros((len(vertices), PLAIN), np.float32), np.zeros((len(faces), CORNER_WORDS), np.uint32)
+    padded[:, :3], corners[:, :3] = vertices, faces
+    return _triangles(padded, corners, 0, of_meshes=True)
+
+
+def _triangles(vertices, corners, first, of_meshes):
+    """Return Triangles of (V, 4 or 8) float32 and (F, 4) uint32."""
+    arrays = from_host(Float, vertices.ravel()), from_host(UInt32, corners.ravel())
+    return Triangles(*arrays, vertices.shape[1], first, of_meshes)
 
 
 def _of_sheets(shapes, first, uv_shown):

@@ -3,12 +3,12 @@
 import drjit as dr
 import numpy as np
 
-from renderer.core.backend import Float, UInt32, Vector3f
+from renderer.core.backend import Float, Vector3f
 from renderer.core.numeric import EPSILON
 from renderer.core.records import Ray
-from renderer.scene.structures import structure_over
 from renderer.scene.geometry import Geometry
-from renderer.scene.triangles import PLAIN, Triangles
+from renderer.scene.meshes import plain_triangles
+from renderer.scene.structures import structure_over
 
 PROJECTION_ROUNDOFFS = 8  # of |corner - o|: a difference, a basis orthonormal to 2, and a sum of three products
 
@@ -21,12 +21,7 @@ def vectors(points):
 
 def geometry(corners, accel):
     """Return the Geometry of one mesh, (T, 3, 3) float32, as scenes are arranged with the structure `accel`."""
-    count = len(corners)
-    faces = np.zeros((count, 4), np.uint32)
-    faces[:, :3] = np.arange(3 * count).reshape(-1, 3)
-    vertices = np.zeros((3 * count, PLAIN), np.float32)
-    vertices[:, :3] = corners.reshape(-1, 3)
-    triangles = Triangles(Float(vertices.ravel()), UInt32(faces.ravel()), PLAIN, 0, True)
+    triangles = plain_triangles(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
     return Geometry((), triangles, structure_over(triangles, accel=accel), 1)
 
 
