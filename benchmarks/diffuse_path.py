@@ -16,8 +16,9 @@ import drjit as dr
 from renderer.accel.bvh import Walk
 from renderer.accel.watertight import Axes
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.hashing import mix
 from renderer.core.numeric import FAR, TINY, away_from_zero, greater, lesser
-from renderer.core.records import NO_SHAPE, Hit, Ray
+from renderer.core.records import NO_SHAPE, Ray
 from renderer.core.vectors import cross, subtract, unit
 from renderer.scene.geometry import SHADOW_END, leave
 
@@ -74,7 +75,7 @@ class DiffusePath:
         first = dr.arange(UInt32, lanes) * PIXELS
         stop = lesser(first + PIXELS, dr.opaque(UInt32, size * size))
         zero, vector = dr.zeros(UInt32, lanes), dr.zeros(Vector3f, lanes)
-        random = _hash(first + seed * size * size)
+        random = mix(first + seed * size * size)
         path = Path(first, zero, random, vector, vector, zero, Float(zero), zero, self._bvh.start(lanes), zero, zero,
                     vector, Float(zero), vector, vector, vector)
         self._restart(path, first < stop)
@@ -172,17 +173,10 @@ class DiffusePath:
         path.walk.height = dr.select(where, 0, path.walk.height)
 
 
-def _hash(x):
-    """Return a bijective hash of 32 bits [Wellons2018]."""
-    x = (x ^ (x >> 16)) * 0x7FEB352D
-    x = (x ^ (x >> 15)) * 0x846CA68B
-    return x ^ (x >> 16)
-
-
 def _uniform(path):
     """Return a number in [0, 1) and advance the path's generator: a congruential one, hashed."""
     path.random = path.random * 747796405 + 2891336453
-    return Float(_hash(path.random) >> 8) * 2.0**-24
+    return Float(mix(path.random) >> 8) * 2.0**-24
 
 
 def _place(pixel):

@@ -1,1 +1,1 @@
-"""Bounding volume hierarchies over primitives that are known by their boxes alone."""
+"""Structures that find what a ray meets: they know boxes and leaf records, and no kinds of shapes."""

@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-from renderer.accel.records import WORDS, read
+from renderer.accel.records import WORDS, closest, read
 from renderer.core.backend import UInt32
 from renderer.core.numeric import widened
 
@@ -19,9 +19,7 @@ class BruteForce:
         t, index, active = (widened(value, lanes) for value in (t, index, active))
 
         def test(k, t, index, active):
-            met, distance, primitive = leaf(read(self._records, k, active))
-            closer = active & met & ((distance < t) | ((distance == t) & (primitive < index)))
-            t, index = dr.select(closer, distance, t), dr.select(closer, primitive, index)
+            t, index, closer = closest(t, index, active, *leaf(read(self._records, k, active)))
             k += 1
             return k, t, index, active & (k < self._count) & ~(closer & any_hit)
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.accel.boxes import scene_scale
-from renderer.accel.collapse import MAX_WIDTH, NO_PRIMITIVE, collapse
+from renderer.accel.collapse import MAX_WIDTH, collapse
 from renderer.accel.morton import morton_order
 from renderer.accel.ploc import build_binary
+from renderer.accel.records import NO_PRIMITIVE
 from renderer.accel.reinsert import reinsert
 from renderer.core.backend import UInt32, Vector3f
 

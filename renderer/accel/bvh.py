@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.accel.build import MAX_DEPTH
-from renderer.accel.records import HIGH_HALF, LEAF, ORIGIN, TAG, WIDTH, read
+from renderer.accel.records import HIGH_HALF, LEAF, ORIGIN, TAG, WIDTH, WORDS, closest, read
 from renderer.accel.slabs import Slabs
-from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.backend import Bool, Float, UInt32
+from renderer.core.errors import RenderError
 from renderer.core.numeric import greater, lesser, widened
 
 STACK_TOP = MAX_DEPTH - 1  # in the kernel as a literal, because Dr.Jit 1.5 knows stacks of different sizes as the same
@@ -37,12 +38,17 @@ class Walk:
 class Bvh:
     """A hierarchy over leaf records; `leaf` is a function (words) -> (met, t, index) that tests one for each lane.
 
-    The words are those of `records`; what it returns only counts where the words are a leaf's. Ties go to the lower
-    index, so that the hit does not depend on the structure.
+    The words are those of `records`; what it returns only counts where the words are a leaf's.
     """
 
     def __init__(self, records, middle, radius):
-        """Hold `records` (UInt32, evaluated) of a scene that reaches `radius` from `middle` along each axis."""
+        """Hold `records` (UInt32, evaluated) of a scene that reaches `radius` from `middle` along each axis.
+
+        Raises: RenderError for more records than the stack's words can name.
+        """
+        count = len(records) // WORDS
+        if count > MAX_RECORDS:
+            raise RenderError(f"too many shapes for a hierarchy: it has {count} records, and can have {MAX_RECORDS}")
         self._records, self._middle, self._radius = records, middle, radius
 
     def slabs(self, ray):
@@ -71,9 +77,7 @@ class Bvh:
         walk, goes_on, here = self._follow(walk, words, top, _entries(words, slabs, t), active)
 
         def test(t, index, closer):
-            met, distance, primitive = leaf(words)
-            closer = here & met & ((distance < t) | ((distance == t) & (primitive < index)))
-            return dr.select(closer, distance, t), dr.select(closer, primitive, index), closer
+            return closest(t, index, here, *leaf(words))
 
         state = t, index, dr.zeros(Bool, dr.width(t))
         t, index, closer = dr.if_stmt(state, here, test, lambda *state: state, label="leaf") if jump else test(*state)
@@ -114,12 +118,7 @@ class Bvh:
             walk, goes_on, here = self._follow(walk, words, top, _entries(words, slabs, farthest), active)
 
             def test(hits):
-                found = []
-                for leaf, (t, index) in zip(leaves, hits):
-                    met, distance, primitive = leaf(words)
-                    closer = here & met & ((distance < t) | ((distance == t) & (primitive < index)))
-                    found.append((dr.select(closer, distance, t), dr.select(closer, primitive, index)))
-                return found
+                return [closest(t, index, here, *leaf(words))[:2] for leaf, (t, index) in zip(leaves, hits)]
 
             return walk, goes_on, dr.if_stmt((hits,), here, test, lambda hits: hits, label="leaf")
 

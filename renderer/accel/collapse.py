@@ -19,7 +19,6 @@ from renderer.accel.boxes import half_area
 from renderer.core.backend import Float, UInt32
 from renderer.core.numeric import greater
 
-NO_PRIMITIVE = 0xFFFFFFFF
 NOTHING = 0xFFFFFFFF  # no node of the binary tree
 MAX_WIDTH = 8  # the choices of one node fit into 32 bits
 FEWER = 8  # a choice: what k - 1 chooses

@@ -24,7 +24,7 @@ import drjit as dr
 from renderer.accel.grid_build import (
     CORNER, COUNTS, DENSITY, EDGE, EMPTY, FIRST, LAST, PER_EDGE, STRIDES, edge_for, enter, layout,
 )
-from renderer.accel.records import read
+from renderer.accel.records import closest, read
 from renderer.accel.slabs import BOX_ROUNDOFFS, Slabs
 from renderer.core.backend import Float, UInt32, Vector3f
 from renderer.core.numeric import EPSILON, greater, lesser, widened
@@ -143,9 +143,7 @@ class Grid:
         walk, active = self._cross(walk, course, t, active)
         tests = active & (walk.word < EMPTY)
         entry = dr.gather(UInt32, self._entries, walk.word, tests)
-        met, distance, primitive = leaf(read(self._leaves, entry & ~UInt32(LAST), tests))
-        closer = tests & met & ((distance < t) | ((distance == t) & (primitive < index)))
-        t, index = dr.select(closer, distance, t), dr.select(closer, primitive, index)
+        t, index, closer = closest(t, index, tests, *leaf(read(self._leaves, entry & ~UInt32(LAST), tests)))
         following = dr.select(entry >= LAST, UInt32(EMPTY + 1), walk.word + 1)
         walk = Walk(dr.select(tests, following, walk.word), walk.cell, walk.crossed)
         return walk, t, index, active if any_hit is False else active & ~(closer & any_hit)

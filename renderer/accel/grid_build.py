@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import drjit as dr
 
-from renderer.accel.records import TAG, WORDS
-from renderer.core.backend import Float, Float64, UInt32, Vector3f
+from renderer.accel.records import TAG
+from renderer.core.backend import Float, Float64, UInt32
 from renderer.core.numeric import greater, lesser
 
 DENSITY = 16.0  # cells an item, where the other limits allow for as many

@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-from renderer.accel.records import HIGH_HALF, NO_PRIMITIVE, ORIGIN, TAG, WIDTH, WORDS
+from renderer.accel.records import NO_PRIMITIVE, ORIGIN, TAG, WIDTH, WORDS
 from renderer.core.backend import Float, UInt32, Vector3f
 
 # the difference of a plane and its node's origin is rounded to the nearest float, which may lie inside the box

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.accel.boxes import half_area, scene_scale, union
-from renderer.accel.collapse import NO_PRIMITIVE
+from renderer.accel.records import NO_PRIMITIVE
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.hashing import mix
 
 NO_EDGE = 0xFFFFFFFF
 # Of a pair's box, in the sum of its triangles' boxes. Above 1 because a pair also saves a child of an inner node: the
@@ -50,13 +51,6 @@ def pair(a, b, c):
     _, scale = scene_scale(*_box(corners))
     mates = _mates(_keys(corners))
     return _items(corners, mates, _match(mates, _ranks(corners, mates, scale)))
-
-
-def _mix(x):
-    """Return a bijective hash of 32 bits [Wellons2018]."""
-    x = (x ^ (x >> 16)) * 0x7FEB352D
-    x = (x ^ (x >> 15)) * 0x846CA68B
-    return x ^ (x >> 16)
 
 
 def _bits(p):
@@ -97,10 +91,10 @@ def _keys(corners):
     hashes = []
     for corner in corners:
         x, y, z = _bits(corner)
-        hashes.append(_mix(_mix(_mix(x) + y) + z))
+        hashes.append(mix(mix(mix(x) + y) + z))
     keys = dr.empty(UInt32, 3 * width)
     for k in range(3):
-        dr.scatter(keys, _mix(hashes[k] + hashes[(k + 1) % 3]), lane + k * count)
+        dr.scatter(keys, mix(hashes[k] + hashes[(k + 1) % 3]), lane + k * count)
     dr.eval(keys)
     return keys
 
@@ -157,7 +151,7 @@ def _wishes(lane, count, mates, ranks, partners, at_random, salt):
         other, _ = _triangle(mate, count)
         valid = rank < NEVER
         valid &= dr.gather(UInt32, partners, other, valid) == NO_EDGE
-        rank = dr.select(at_random, Float(_mix(lane ^ salt) + _mix(other ^ salt)), rank)
+        rank = dr.select(at_random, Float(mix(lane ^ salt) + mix(other ^ salt)), rank)
         better = valid & ((rank < best) | ((rank == best) & ((lane ^ other) < (lane ^ wished))))
         best, wish, wished = (dr.select(better, *both) for both in ((rank, best), (mate, wish), (other, wished)))
     return wish

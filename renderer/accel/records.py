@@ -23,6 +23,15 @@ NO_PRIMITIVE = 0xFFFFFFFF
 HIGH_HALF = 0xFFFF0000
 
 
+def closest(t, index, where, met, distance, primitive):
+    """Return the closer of a hit so far and one just found `where` and if `met`, and whether that is the one just found.
+
+    Ties go to the lower index, so that the hit does not depend on the structure, nor on its order. NaN is never closer.
+    """
+    closer = where & met & ((distance < t) | ((distance == t) & (primitive < index)))
+    return dr.select(closer, distance, t), dr.select(closer, primitive, index), closer
+
+
 def read(records, index, active):
     """Return the 16 words of one record in each active lane, 0 in the others."""
     lanes = dr.width(index)

@@ -16,7 +16,7 @@ from array import array
 
 import numpy as np
 
-from renderer.io.mesh_parts import LARGEST, LEAST_CORNERS, Malformed, fans, shown
+from renderer.io.mesh_parts import LARGEST, LEAST_CORNERS, Malformed, as_number, fans, shown
 
 IGNORED = frozenset(
     b"o g s mg mtllib usemtl maplib usemap l p vp lod bevel c_interp d_interp shadow_obj trace_obj ctech stech "
@@ -204,10 +204,7 @@ def _numbers(word, words, number, line):
         raise _wrong(f"{word.decode()} must be followed by {allowed} numbers, not by {len(words) - 1}", 0, number, line)
     numbers = []
     for place, text in enumerate(words[1:], 1):
-        try:
-            value = float(text) if b"_" not in text else None  # Python alone takes 1_000 for a number
-        except ValueError:
-            value = None
+        value = as_number(text)
         if value is None or not abs(value) <= LARGEST:
             told = f"{word.decode()} must be followed by finite numbers, at most {LARGEST:g} in size"
             raise _wrong(told, place, number, line)

@@ -36,6 +36,14 @@ def fans(indices, counts):
     return np.stack([indices[first], indices[first + step + 1], indices[first + step + 2]], -1)
 
 
+def as_number(word):
+    """Return a word of a file (bytes) as a float, None if it is no number; 1_000 is one in Python alone."""
+    try:
+        return None if b"_" in word else float(word)
+    except ValueError:
+        return None
+
+
 def shown(word):
     """Return a word of a file (bytes) in quotes, readable and short."""
     text = repr(word[:SHOWN].decode("latin-1"))

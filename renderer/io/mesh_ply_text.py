@@ -10,7 +10,7 @@ from array import array
 
 import numpy as np
 
-from renderer.io.mesh_parts import LARGEST, LEAST_CORNERS, Malformed, shown
+from renderer.io.mesh_parts import LARGEST, LEAST_CORNERS, Malformed, as_number, shown
 
 WORD = re.compile(rb"[^ \t\r\n\v\f]+")
 
@@ -148,11 +148,7 @@ def _next(words, where, element):
 def _number(words, where, element, most):
     """Return the next word as a finite number, its line and column."""
     word, line, column = _next(words, where, element)
-    try:
-        # float() also takes 1_000, which is no number elsewhere
-        number = float(word) if b"_" not in word else None
-    except ValueError:
-        number = None
+    number = as_number(word)
     if number is None:
         raise Malformed(f"{where} must be a number, found {shown(word)}", line, column)
     if most is not None and not abs(number) <= most:

@@ -5,24 +5,11 @@ constants: [Roberts2018]. Each pixel adds its own shift [Cranley1976], from a ha
 A sample depends only on seed, pixel and sample number.
 """
 
-
-
 from renderer.core.backend import Float, UInt32, Vector2f
+from renderer.core.hashing import mix
 
 STEP_X, STEP_Y = 3242174889, 2447445414  # 2^32 / g and 2^32 / g^2, g = 1.32471795724474602596
 TO_UNIT = 2.0**-24
-
-
-def mix(x):
-    """Return a hash of 32 bits in which each bit depends on all bits of x: two rounds of xor-shift and multiply.
-
-    Multipliers and shifts are those of Wellons' search for low avalanche bias [Wellons2018].
-    """
-    x ^= x >> 16
-    x *= 0x7FEB352D
-    x ^= x >> 15
-    x *= 0x846CA68B
-    return x ^ (x >> 16)
 
 
 class R2:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from os.path import isfile
 from pathlib import Path
 
-from renderer.core.errors import Problem
+from renderer.core.errors import Problem, SceneError
 from renderer.scene import schema
 from renderer.scene.source import Source
 
@@ -26,6 +26,10 @@ class LoadedScene:
     shapes: tuple[tuple[int, schema.Shape], ...]
     warnings: tuple[Problem, ...]  # and notes
     source: Source = field(repr=False, compare=False)  # turns a path of keys into a place in the file
+
+    def refused(self, error, *path):
+        """Return the SceneError about a file, told at the place of the scene (keys of `path`) that names it."""
+        return SceneError(self.source.problem("; ".join(map(str, error.problems)), *path))
 
     def resolve(self, filename):
         """Return the path of a file that the scene names."""

@@ -20,8 +20,7 @@ def read_meshes(loaded, meshes):
             try:
                 found[shape.filename] = read_mesh(str(loaded.resolve(shape.filename)))
             except SceneError as error:
-                message = "; ".join(str(problem) for problem in error.problems)
-                raise SceneError(loaded.source.problem(message, "scene", "shapes", index, "filename")) from error
+                raise loaded.refused(error, "scene", "shapes", index, "filename") from error
     return found
 
 

@@ -113,6 +113,4 @@ def _read(loaded, index, filename):
     try:
         return Image(*read_texture(loaded.resolve(filename)))
     except SceneError as error:
-        message = "; ".join(f"{problem.file}: {problem.message}" for problem in error.problems)
-        place = ("scene", "shapes", index, "material", "texture")
-        raise SceneError(loaded.source.problem(message, *place)) from error
+        raise loaded.refused(error, "scene", "shapes", index, "material", "texture") from error

@@ -7,7 +7,7 @@ from renderer.accel import watertight
 from renderer.accel.boxes import union
 from renderer.accel.pairs import pair
 from renderer.accel.records import LEAF, TAG, WORDS
-from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.backend import Bool, Float, UInt32
 from renderer.core.numeric import FAR
 from renderer.core.records import NO_SHAPE, Ray
 from tests.accel.build_inputs import vector

@@ -200,7 +200,7 @@ def test_better_mate_is_taken():
 
 def test_mates_with_equal_keys_are_compared(monkeypatch):
     """Triangles whose edges only hash the same are no pair: here all edges do."""
-    monkeypatch.setattr(pairs_module, "_mix", lambda x: x & 0)
+    monkeypatch.setattr(pairs_module, "mix", lambda x: x & 0)
     corners = np.random.default_rng(0).random((100, 3, 3), np.float32)
     v, first, second = paired(corners)
     assert_valid(corners, v, first, second)

@@ -10,6 +10,7 @@ from renderer.accel import bvh as bvh_module
 from renderer.accel import nodes
 from renderer.accel.slabs import Slabs
 from renderer.core.backend import Bool, Float, UInt32
+from renderer.core.errors import RenderError
 from renderer.core.numeric import FAR
 from renderer.core.records import NO_SHAPE, Ray
 from renderer.scene.geometry import SHADOW_END, leave
@@ -273,3 +274,10 @@ def test_a_wrong_leaf_test_is_noticed(monkeypatch, rng):
     index, t = closest(geometry(corners, "bvh"), lanes(o, d))
     with pytest.raises(AssertionError):
         Judge(corners, o, d).check(index, t, index != NO_SHAPE)
+
+
+def test_more_records_than_can_be_named_are_refused(monkeypatch, rng):
+    """The stack's words hold a record's number in 26 bits; beyond, rays would go astray."""
+    monkeypatch.setattr(bvh_module, "MAX_RECORDS", 100)
+    with pytest.raises(RenderError, match="too many shapes for a hierarchy: .* and can have 100"):
+        geometry(soup("soup", rng), "bvh")
