@@ -78,16 +78,16 @@ def lane_per_sample(loaded):
     camera, pixels = description.camera, description.camera.width * description.camera.height
     scene, compiled_camera = compile_scene(loaded), compile_camera(camera)
     integrator = INTEGRATORS["phong"](scene, description.nbounces)
-    together = min(TOGETHER, description.samples)
+    together = min(TOGETHER, description.spp)
     lane = dr.arange(UInt32, pixels * together)
     pixel = lane // dr.opaque(UInt32, together)
     corner, sampler = pixel_corner(pixel, dr.opaque(UInt32, camera.width)), R2(pixel, dr.opaque(UInt32, 0))
     total = dr.zeros(Vector3f, pixels)
-    for done in range(0, description.samples, together):
+    for done in range(0, description.spp, together):
         sample = lane - pixel * together + dr.opaque(UInt32, done)
         zero = dr.zeros(Vector3f, pixels * together)
         radiance = sample_pixels(integrator, compiled_camera, sampler, corner, zero, sample, sample + 1)
         total += dr.block_sum(radiance, together)
         dr.eval(total)
         dr.sync_thread()
-    return total / description.samples
+    return total / description.spp

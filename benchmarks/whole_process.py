@@ -83,7 +83,7 @@ def command(name, effort, samples, picture):
     camera = loaded.description.camera
     if (effort.width, effort.height) != (camera.width, camera.height):
         arguments += ["--size", f"{effort.width}x{effort.height}"]
-    if samples != loaded.description.samples:
+    if samples != loaded.description.spp:
         arguments += ["--samples", samples]
     return arguments
 

@@ -207,7 +207,7 @@ def _header(loaded, options):
     description = loaded.description
     exposure = description.camera.exposure if options.exposure is None else options.exposure
     settings = {
-        "version": __version__, "scene": loaded.path, "mode": description.rendermode, "samples": description.samples,
+        "version": __version__, "scene": loaded.path, "mode": description.rendermode, "samples": description.spp,
         "size": f"{description.camera.width}x{description.camera.height}", "seed": options.seed,
         "nbounces": description.nbounces, "exposure": exposure,
     }

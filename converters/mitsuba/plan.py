@@ -95,7 +95,7 @@ def sensor_node(camera, sampler):
 
 def _sensor(description):
     if description.rendermode == "phong":
-        count = description.samples if description.samples > 1 else SAMPLES
+        count = description.spp if description.spp > 1 else SAMPLES
         return sensor_node(description.camera, Node("sampler", "independent", {"sample_count": count}))
     return sensor_node(description.camera, Node("sampler", "stratified", {"jitter": False, "sample_count": 1}))
 

@@ -86,7 +86,7 @@ def render(loaded, *, seed=0, accel=AUTO, progress=None):
     camera = compile_camera(description.camera)
     built = time.perf_counter()
 
-    mode, samples = description.rendermode, description.samples
+    mode, samples = description.rendermode, description.spp
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()
         if mode in DEBUG_MODES:

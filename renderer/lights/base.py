@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from renderer.core.backend import Float, Vector3f
+from renderer.core.backend import Bool, Float, Vector3f
 from renderer.core.registry import Registry
 
 
@@ -16,6 +16,17 @@ class LightSample:
     wo: Vector3f  # unit direction from the point to the light
     distance: Float  # scene units
     radiance: Vector3f  # what arrives without falling off, as phong mode wants it
+
+
+@dataclass
+class DirectSample:
+    """A direction from which light arrives in path-traced scenes, and with which density it was chosen."""
+
+    wo: Vector3f  # unit direction from the point to the light
+    distance: Float  # scene units; FAR for what is infinitely far away
+    radiance: Vector3f  # towards the point; of a point light intensity / distance^2; 0 where the light does not shine
+    pdf_sa: Float  # per steradian; 1 for lights that rays cannot hit
+    delta: Bool  # whether rays cannot hit it
 
 
 @dataclass(frozen=True)

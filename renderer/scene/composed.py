@@ -176,3 +176,28 @@ class TextureSource(Kind):
 
     def json_schema(self):
         return {"anyOf": [FILE_NAME.json_schema(), {"type": "null"}, self.kinds.json_schema()]}
+
+
+class Texturable(Kind):
+    """A plain value, or the texture that gives it at every point."""
+
+    def __init__(self, plain, texture):
+        self.plain, self.texture = plain, texture
+
+    def quick(self, value):
+        return self.texture.quick(value) if type(value) in (str, dict) else self.plain.quick(value)
+
+    def explained(self, value, at, findings):
+        if type(value) in (str, dict):
+            return self.texture.read(value, at, findings)
+        if type(value) in (int, float, list, tuple):
+            return self.plain.read(value, at, findings)
+        findings.append(Finding(at, f"must be {self.words()}", value))
+        return None
+
+    def words(self):
+        return f"{self.plain.words()}, or {self.texture.words()}"
+
+    def json_schema(self):
+        return {"anyOf": [self.plain.json_schema(), *(kind for kind in self.texture.json_schema()["anyOf"]
+                                                      if kind != {"type": "null"})]}

@@ -8,16 +8,18 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from renderer.scene import aliases, schema
+from renderer.scene import aliases, materials, schema
+from renderer.scene.quantities import Checkerboard
 
 RECORDS = (
-    schema.Scene, schema.Camera, schema.World, schema.PointLight, schema.Sphere, schema.Cylinder, schema.Triangle,
-    schema.Plane, schema.Box, schema.Convex, schema.Mesh, schema.Step, schema.Rotation, schema.Material,
-    schema.Checkerboard,
+    schema.Scene, schema.Camera, schema.World,
+    *(record.node for kinds in (schema.LIGHT_KINDS, schema.SHAPE_KINDS) for record in kinds.values()),
+    schema.Step, schema.Rotation, materials.Material, *materials.BSDF_RECORDS, Checkerboard,
 )
-TITLES = {"Scene": "The file", "Camera": "`camera`", "World": "`scene`", "PointLight": "Light `pointlight`",
-          "Step": "Step of a `transform`", "Rotation": "`rotate`", "Material": "`material`",
+TITLES = {"Scene": "The file", "Camera": "`camera`", "World": "`scene`", "Step": "Step of a `transform`", "Rotation": "`rotate`", "Material": "`material`",
           "Checkerboard": "Texture `checkerboard`"}
+TITLES |= {record.node.__name__: f"Light `{name}`" for name, record in schema.LIGHT_KINDS.items()}
+TITLES |= {record.__name__: f"`bsdf` `{record.__name__.lower()}`" for record in materials.BSDF_RECORDS}
 
 HEAD = """# The scene file
 

@@ -7,87 +7,37 @@ Lengths are in scene units, angles in degrees, colours linear RGB; vectors are w
 
 from __future__ import annotations
 
-from renderer.scene.composed import OneOf, Record, Rows, TextureSource
+from renderer.scene.composed import OneOf, Record, Rows
+from renderer.scene.materials import MATERIAL, PLAIN, Material
 from renderer.scene.nodes import Node, key, node
-from renderer.scene.values import FILE_NAME, Choice, Factors, Flag, Integer, Number, Vector
+from renderer.scene.quantities import (
+    BLACK, COLOUR, DEGREES, DIRECTION, HALF_SPACE, LENGTH, NON_NEGATIVE, POINT, POSITIVE, REAL, UV, WHITE, kind,
+)
+from renderer.scene.values import FILE_NAME, Choice, Factors, Flag, Integer, Optional, Vector
 
-PHONG_MODES = ("binary", "phong")
+PATHTRACER = "pathtracer"
+SAMPLED_MODES = ("binary", "phong", PATHTRACER)
 DEBUG_MODES = ("depth", "normals", "uv", "albedo", "shapes")
-RENDER_MODES = PHONG_MODES + DEBUG_MODES
+RENDER_MODES = SAMPLED_MODES + DEBUG_MODES
+FILTERS = ("box", "tent", "gaussian", "mitchell")
+SAMPLERS = ("sobol", "independent")
+PATH_SAMPLES = 64  # a pixel where the file does not tell
+
 TONEMAPS = ("linear", "reinhard", "filmic")
 MAX_SIDE = 65_536  # pixels
 MAX_PIXELS = 2**28  # pixels: a float32 film of 3 GiB
 MAX_SAMPLES = 2**24  # a pixel
 MAX_BOUNCES = 64
 
-REAL = Number()
-POSITIVE = Number(low=0.0, low_open=True)
-NON_NEGATIVE = Number(low=0.0)
-FRACTION = Number(low=0.0, high=1.0)
-DEGREES = Number(low=0.0, high=180.0, low_open=True, high_open=True)
-POINT = Vector(3, REAL, "a point [x, y, z]")
-DIRECTION = Vector(3, REAL, "a direction [x, y, z]")
-UV = Vector(2, REAL, "texture coordinates [u, v]")
-COLOUR = Vector(3, NON_NEGATIVE, "a colour [r, g, b]")
-HALF_SPACE = Vector(4, REAL, "a half-space [nx, ny, nz, d]")
-BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
-LENGTH = "scene units"
-
-
-def kind(name):
-    """Return the declaration of a `type` key that must read `name`."""
-    return key(Choice("type", (name,)), f'`"{name}"`', default=name, required=True)
-
-
-@node
-class Checkerboard(Node):
-    """Two colours in squares; `scale` squares along each texture axis."""
-
-    type: str = kind("checkerboard")
-    color1: tuple = key(COLOUR, "colour of the square at uv = (0, 0)", default=BLACK)
-    color2: tuple = key(COLOUR, "colour of its neighbours", default=WHITE)
-    scale: float = key(POSITIVE, "squares along each axis for uv from 0 to 1", default=8.0)
-
-
-TEXTURE = TextureSource(OneOf("texture", {"checkerboard": Record(Checkerboard)}))
-
-
-@node
-class Material(Node):
-    """The coursework's Blinn-Phong material, optionally textured."""
-
-    ks: float = key(NON_NEGATIVE, "weight of the highlight", default=0.1)
-    kd: float = key(NON_NEGATIVE, "weight of the diffuse term", default=0.9)
-    specularexponent: float = key(NON_NEGATIVE, "exponent of the highlight; 0 gives a constant", default=20.0)
-    diffusecolor: tuple = key(COLOUR, "diffuse colour, where there is no texture", default=(0.8, 0.8, 0.8))
-    specularcolor: tuple = key(COLOUR, "colour of the highlight", default=WHITE)
-    isreflective: bool = key(Flag(), "a mirror's share is mixed in, weighted by `reflectivity`", default=False)
-    reflectivity: float = key(
-        FRACTION, "share of mirror or glass; counts only with `isreflective` or `isrefractive`", default=1.0
-    )
-    isrefractive: bool = key(Flag(), "that share is glass: Fresnel reflection and refraction", default=False)
-    refractiveindex: float = key(POSITIVE, "index of refraction inside, relative to vacuum", default=1.0)
-    texture: str | Checkerboard | None = key(
-        TEXTURE, "image file (PPM, PNG or JPEG; relative to the scene file) or checkerboard: replaces `diffusecolor`",
-        default=None,
-    )
-    texturefilter: str = key(
-        Choice("texture filter", ("nearest", "bilinear")), "how texels are combined", default="bilinear"
-    )
-    texturewrap: str = key(
-        Choice("texture wrap", ("repeat", "clamp")), "what lies outside 0 <= u, v <= 1", default="repeat"
-    )
-    scaleU: float = key(POSITIVE, "repetitions of the texture along u", default=1.0)
-    scaleV: float = key(POSITIVE, "repetitions of the texture along v", default=1.0)
-
-
-MATERIAL = Record(Material, shared=True)
-PLAIN = Material()
-
-
 def material():
     """Return the declaration of a shape's `material`."""
     return key(MATERIAL, "what it is made of (see Material); absent: all defaults", default=PLAIN)
+
+
+def emission():
+    """Return the declaration of a shape's `emission`."""
+    return key(COLOUR, "radiance that it emits in mode `pathtracer`: solids and meshes outwards, flat shapes on both sides",
+               default=BLACK)
 
 
 @node
@@ -98,6 +48,7 @@ class Sphere(Node):
     center: tuple = key(POINT, "centre", unit=LENGTH)
     radius: float = key(POSITIVE, "radius", unit=LENGTH)
     material: Material = material()
+    emission: tuple = emission()
 
 
 @node
@@ -112,6 +63,7 @@ class Cylinder(Node):
         POSITIVE, "**half** the length: the cylinder ends at center +- height * unit axis", unit=LENGTH
     )
     material: Material = material()
+    emission: tuple = emission()
 
 
 @node
@@ -126,6 +78,7 @@ class Triangle(Node):
     uv1: tuple = key(UV, "texture coordinates at v1", default=(1.0, 0.0))
     uv2: tuple = key(UV, "texture coordinates at v2", default=(0.0, 1.0))
     material: Material = material()
+    emission: tuple = emission()
 
 
 @node
@@ -136,6 +89,7 @@ class Plane(Node):
     point: tuple = key(POINT, "any point of the plane; uv = (0, 0) lies here", unit=LENGTH)
     normal: tuple = key(DIRECTION, "normal, of any length but 0")
     material: Material = material()
+    emission: tuple = emission()
 
 
 @node
@@ -146,6 +100,7 @@ class Box(Node):
     min: tuple = key(POINT, "corner with the least coordinates", unit=LENGTH)
     max: tuple = key(POINT, "corner with the greatest coordinates", unit=LENGTH)
     material: Material = material()
+    emission: tuple = emission()
 
 
 @node
@@ -162,6 +117,7 @@ class Convex(Node):
         Rows(POINT, "points [x, y, z]", least=4), "points whose convex hull is the volume", default=None, unit=LENGTH
     )
     material: Material = material()
+    emission: tuple = emission()
 
 
 @node
@@ -204,36 +160,126 @@ class Mesh(Node):
         "`smooth`: computed, by angles between edges; `flat`: those of the triangles", default="file"
     )
     material: Material = material()
+    emission: tuple = emission()
 
 
-Shape = Sphere | Cylinder | Triangle | Plane | Box | Convex | Mesh
-SHAPE_KINDS = {made.__name__.lower(): Record(made) for made in (Sphere, Cylinder, Triangle, Plane, Box, Convex, Mesh)}
+@node
+class Rectangle(Node):
+    """A rectangle or parallelogram seen from both sides; uv runs from 0 to 1 along `u` and `v`."""
+
+    type: str = kind("rectangle")
+    center: tuple = key(POINT, "its middle", unit=LENGTH)
+    u: tuple = key(DIRECTION, "edge, of full length", unit=LENGTH)
+    v: tuple = key(DIRECTION, "the other edge; the normal is u x v", unit=LENGTH)
+    material: Material = material()
+    emission: tuple = emission()
+
+
+@node
+class Disk(Node):
+    """A round disk seen from both sides; uv: the angle in turns, and the distance from the middle over the radius."""
+
+    type: str = kind("disk")
+    center: tuple = key(POINT, "its middle", unit=LENGTH)
+    normal: tuple = key(DIRECTION, "normal, of any length but 0")
+    radius: float = key(POSITIVE, "radius", unit=LENGTH)
+    material: Material = material()
+    emission: tuple = emission()
+
+
+Shape = Rectangle | Disk | Sphere | Cylinder | Triangle | Plane | Box | Convex | Mesh
+SHAPE_KINDS = {made.__name__.lower(): Record(made) for made in (
+    Sphere, Cylinder, Triangle, Plane, Box, Convex, Rectangle, Disk, Mesh)}
 EXACTLY_ONE = {Convex: ("halfspaces", "vertices"), Step: ("translate", "scale", "rotate", "matrix")}  # of these keys
 
 
 @node
 class PointLight(Node):
-    """Light from one point, with hard shadows; in phong mode it does not fall off with distance."""
+    """Light from one point: in `pathtracer` intensity / distance^2 arrives, in phong mode it does not fall off."""
 
     type: str = kind("pointlight")
     position: tuple = key(POINT, "position", unit=LENGTH)
     intensity: tuple = key(COLOUR, "intensity")
 
 
-LIGHT_KINDS = {"pointlight": Record(PointLight)}
+@node
+class SpotLight(Node):
+    """Light from one point into a cone."""
+
+    type: str = kind("spot")
+    position: tuple = key(POINT, "position", unit=LENGTH)
+    direction: tuple = key(DIRECTION, "direction of the middle of the cone, of any length but 0")
+    intensity: tuple = key(COLOUR, "intensity in the middle of the cone")
+    cutoff: float = key(DEGREES, "half angle of the cone, outside of which there is no light", default=30.0, unit="degrees")
+    beamwidth: float | None = key(
+        Optional(NON_NEGATIVE), "half angle within which the intensity is full; from there it falls linearly with "
+        "the angle; absent: three quarters of `cutoff`", default=None, unit="degrees"
+    )
+
+
+@node
+class DirectionalLight(Node):
+    """Light from infinitely far away."""
+
+    type: str = kind("directional")
+    direction: tuple = key(DIRECTION, "direction in which the light travels, of any length but 0")
+    intensity: tuple = key(COLOUR, "irradiance of a surface that faces the light")
+
+
+@node
+class AreaLight(Node):
+    """A shining rectangle: soft shadows in phong mode, where it is not seen; black but for its light in `pathtracer`."""
+
+    type: str = kind("arealight")
+    position: tuple = key(POINT, "its middle", unit=LENGTH)
+    u: tuple = key(DIRECTION, "edge, of full length", unit=LENGTH)
+    v: tuple = key(DIRECTION, "the other edge", unit=LENGTH)
+    intensity: tuple = key(COLOUR, "radiance; in phong mode the intensity of the light as a whole")
+    twosided: bool = key(Flag(), "both sides shine; false: only the side of the normal u x v", default=True)
+
+
+@node
+class DiskLight(Node):
+    """A shining disk, otherwise like `arealight`."""
+
+    type: str = kind("disklight")
+    position: tuple = key(POINT, "its middle", unit=LENGTH)
+    normal: tuple = key(DIRECTION, "normal, of any length but 0")
+    radius: float = key(POSITIVE, "radius", unit=LENGTH)
+    intensity: tuple = key(COLOUR, "radiance; in phong mode the intensity of the light as a whole")
+    twosided: bool = key(Flag(), "both sides shine; false: only the side of the normal", default=True)
+
+
+@node
+class Environment(Node):
+    """An image of what is infinitely far away all around; it takes the place of `backgroundcolor`."""
+
+    type: str = kind("environment")
+    filename: str = key(FILE_NAME, "EXR, HDR, PNG, JPEG or PPM file, relative to the scene file: longitude and latitude, +y up")
+    intensity: tuple = key(COLOUR, "factor of the image", default=WHITE)
+    rotation: float = key(REAL, "angle by which it is turned around +y", default=0.0, unit="degrees")
+
+
+LIGHT_KINDS = {"pointlight": Record(PointLight), "spot": Record(SpotLight), "directional": Record(DirectionalLight),
+               "arealight": Record(AreaLight), "disklight": Record(DiskLight), "environment": Record(Environment)}
 
 
 @node
 class Camera(Node):
-    """A pinhole camera: +x of the picture is upVector x forward, rows run from the top."""
+    """A pinhole or a thin lens: +x of the picture is upVector x forward, rows run from the top."""
 
-    type: str = key(Choice("camera type", ("pinhole",)), '`"pinhole"`', default="pinhole")
+    type: str = key(Choice("camera type", ("pinhole", "thinlens")), "kind of camera", default="pinhole")
     width: int = key(Integer(1, MAX_SIDE), "width of the picture", default=1200, unit="pixels")
     height: int = key(Integer(1, MAX_SIDE), "height of the picture", default=800, unit="pixels")
     position: tuple = key(POINT, "position of the eye", unit=LENGTH)
     lookAt: tuple = key(POINT, "point in the middle of the picture", unit=LENGTH)
     upVector: tuple = key(DIRECTION, "direction that is up in the picture", default=(0.0, 1.0, 0.0))
     fov: float = key(DEGREES, "vertical field of view", default=45.0, unit="degrees")
+    apertureRadius: float = key(NON_NEGATIVE, "radius of the lens of a `thinlens`", default=0.0, unit=LENGTH)
+    focusDistance: float | None = key(
+        Optional(POSITIVE), "distance, along the direction of view, of the plane that a `thinlens` shows sharp; "
+        "absent: that of lookAt", default=None, unit=LENGTH
+    )
     exposure: float = key(NON_NEGATIVE, "tone mapping multiplies by exposure / 0.1", default=0.1)
 
 
@@ -253,12 +299,27 @@ class World(Node):
 class Scene(Node):
     """A whole scene file."""
 
-    nbounces: int = key(Integer(0, MAX_BOUNCES), "greatest number of reflections and refractions", default=8)
+    nbounces: int = key(Integer(0, MAX_BOUNCES), "greatest number of reflections and refractions; in mode `pathtracer` of bounces of a path, where 1 is direct light", default=8)
     rendermode: str = key(Choice("rendermode", RENDER_MODES), "what is computed", default="phong")
-    samples: int = key(Integer(1, MAX_SAMPLES), "rays a pixel; 1 is one ray through its centre", default=1)
+    samples: int | None = key(
+        Optional(Integer(1, MAX_SAMPLES)), "rays a pixel; 1 is one ray through its centre but in mode `pathtracer`; "
+        f"absent: 1, and {PATH_SAMPLES} in mode `pathtracer`", default=None
+    )
+    sampler: str = key(
+        Choice("sampler", SAMPLERS), "where samples lie: evenly spread (Owen-scrambled Sobol points) or at random",
+        default="sobol"
+    )
+    filter: str = key(Choice("filter", FILTERS), "reconstruction filter of the pixels", default="box")
+    roulette: bool = key(Flag(), "in mode `pathtracer`, long paths end at random, so that dim ones do not cost time",
+                         default=True)
     tonemap: str = key(Choice("tonemap", TONEMAPS), "curve from radiance to 8 bits", default="linear")
     camera: Camera = key(Record(Camera), "where the picture is taken from (see Camera)")
     scene: World = key(Record(World, partial=True), "what is in it (see World)")
+
+    @property
+    def spp(self):
+        """Samples a pixel."""
+        return self.samples or (PATH_SAMPLES if self.rendermode == PATHTRACER else 1)
 
 
 SCENE = Record(Scene, partial=True)

@@ -235,3 +235,22 @@ class FileName(Kind):
 
 
 FILE_NAME = FileName()
+
+
+class Optional(Kind):
+    """What another kind reads, or null, which is the same as leaving the key out."""
+
+    def __init__(self, kind):
+        self.kind = kind
+
+    def quick(self, value):
+        return value if value is None else self.kind.quick(value)
+
+    def explained(self, value, at, findings):
+        return self.kind.read(value, at, findings)
+
+    def words(self):
+        return self.kind.words()
+
+    def json_schema(self):
+        return {"anyOf": [self.kind.json_schema(), {"type": "null"}]}

@@ -1,0 +1,6 @@
+"""BSDF kinds, each in a module of its name; importing this package registers them all."""
+
+from renderer.bsdfs import diffuse
+from renderer.bsdfs.base import KINDS
+
+__all__ = ["KINDS", "diffuse"]

@@ -1,0 +1,57 @@
+"""Maps from the unit square to densities, each next to its density.
+
+Densities are per steradian (`_sa`) or per unit area (`_area`).
+"""
+
+import math
+
+import drjit as dr
+
+from renderer.core.backend import Float, Vector2f, Vector3f
+from renderer.core.numeric import greater, safe_sqrt
+
+
+def square_to_disk(u2):
+    """Return a point of the unit disk, uniform (density 1 / pi): the concentric map [Shirley1997]."""
+    x, y = dr.fma(u2.x, 2, -1), dr.fma(u2.y, 2, -1)
+    wide = abs(x) > abs(y)
+    r = dr.select(wide, x, y)
+    quotient = dr.select(wide, y, x) / dr.select(r == 0, Float(1), r)
+    phi = dr.select(wide, quotient * (math.pi / 4), math.pi / 2 - quotient * (math.pi / 4))
+    sin_phi, cos_phi = dr.sincos(phi)
+    return Vector2f(r * cos_phi, r * sin_phi)
+
+
+def square_to_cosine_hemisphere(u2):
+    """Return a direction around +z with the density cosine / pi [Malley: Pharr2023, sec. A.5.3]."""
+    p = square_to_disk(u2)
+    return Vector3f(p.x, p.y, safe_sqrt(1 - dr.squared_norm(p)))
+
+
+def cosine_hemisphere_pdf_sa(w):
+    """Return the density of `square_to_cosine_hemisphere`; 0 below."""
+    return greater(w.z, Float(0)) * (1 / math.pi)
+
+
+def square_to_triangle(u2):
+    """Return barycentric coordinates (b1, b2), uniform over a triangle of any shape [Heitz2019]."""
+    low = u2.x < u2.y
+    b1 = dr.select(low, u2.x * 0.5, u2.x - u2.y * 0.5)
+    b2 = dr.select(low, u2.y - u2.x * 0.5, u2.y * 0.5)
+    return Vector2f(b1, b2)
+
+
+def square_to_cone(u2, one_minus_cos):
+    """Return a direction within a cone around +z, uniform; `one_minus_cos` is 1 - cosine of its half angle.
+
+    z = 1 - x is built from x = u one_minus_cos, because narrow cones lose 1 - z to rounding.
+    """
+    x = u2.x * one_minus_cos
+    sin = safe_sqrt(x * (2 - x))
+    sin_phi, cos_phi = dr.sincos(u2.y * (2 * math.pi))
+    return Vector3f(sin * cos_phi, sin * sin_phi, 1 - x)
+
+
+def cone_pdf_sa(one_minus_cos):
+    """Return the density of `square_to_cone` inside the cone."""
+    return dr.rcp(2 * math.pi * one_minus_cos)
