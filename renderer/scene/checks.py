@@ -20,7 +20,7 @@ FLAT = 1e-7  # relative size (float32's resolution) below which an extent is not
 # Relative to the square of the largest coordinate. An edge is at most 2 sqrt(3) times that coordinate, so whatever is
 # dropped has a normal below 12 FLAT.
 CLEARLY = 12 * FLAT
-SHEETS = ("triangle", "plane", "mesh")  # without an inside
+SHEETS = ("triangle", "plane", "rectangle", "disk", "mesh")  # without an inside
 FLAT_MATRIX = 1e-12  # volume of the box of a matrix's unit rows below which it is rounding of nothing
 RELAXATIONS = 64  # steps after which the search for an inner point becomes a linear programme
 
@@ -132,6 +132,21 @@ def _check_cylinder(shape, at, findings):
 def _check_plane(shape, at, findings):
     if not any(shape.normal):
         findings.append(Finding((at, "normal"), "must not be [0, 0, 0]: the plane needs a direction"))
+
+
+def _check_disk(shape, at, findings):
+    if not any(shape.normal):
+        findings.append(Finding((at, "normal"), "must not be [0, 0, 0]: the disk needs a direction"))
+
+
+def _check_rectangle(shape, at, findings):
+    """Find edges that are nothing or parallel."""
+    before = len(findings)
+    for name in ("u", "v"):
+        if not any(getattr(shape, name)):
+            findings.append(Finding((at, name), "must not be [0, 0, 0]: the rectangle needs two edges"))
+    if len(findings) == before and length(cross(unit(shape.u), unit(shape.v))) < PARALLEL:
+        findings.append(Finding((at, "v"), "must not be parallel to u: the rectangle has no area then"))
 
 
 def _check_triangle(shape, at, findings):
@@ -263,4 +278,5 @@ def _is_solid(vertices):
 CHECKS = {
     "sphere": _check_nothing, "cylinder": _check_cylinder, "triangle": _check_triangle,
     "plane": _check_plane, "box": _check_box, "convex": _check_convex, "mesh": _check_mesh,
+    "rectangle": _check_rectangle, "disk": _check_disk,
 }

@@ -49,6 +49,11 @@ def points_inside(shape, lo, hi, rng):
     """Return points of a shape: of random points in a larger box, those inside; a sheet's own corners and means."""
     if shape["type"] == "triangle":
         return rng.dirichlet((1, 1, 1), 1000) @ np.array([shape["v0"], shape["v1"], shape["v2"]])
+    if shape["type"] == "rectangle":
+        return rng.uniform(-0.5, 0.5, (1000, 2)) @ np.array([shape["u"], shape["v"]]) + shape["center"]
+    if shape["type"] == "disk":
+        across = np.cross(rng.normal(size=(1000, 3)), shape["normal"])
+        return across / np.linalg.norm(across, axis=1, keepdims=True) * shape["radius"] + shape["center"]
     grown = 0.2 * (hi - lo)
     p = rng.uniform(lo - grown, hi + grown, (200_000, 3))
     return p[signed_distance(shape, p) <= 0]
@@ -132,7 +137,7 @@ def test_what_reaches_to_infinity_has_no_bounds(tmp_path, shape):
     assert compile_scene(scene, "bvh").structure is None
 
 
-@pytest.mark.parametrize("shape", [example for example in BOUNDED if example.values[0]["type"] != "triangle"])
+@pytest.mark.parametrize("shape", [example for example in BOUNDED if KINDS[example.values[0]["type"]].solid])
 @pytest.mark.parametrize("side", range(6))
 def test_a_wrong_side_is_noticed(tmp_path, shape, side):
     """The yardstick sees a side that is a twentieth too far inside or outside."""

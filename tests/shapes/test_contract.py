@@ -14,7 +14,7 @@ from tests.support.scenes import SHAPES, loaded
 RAYS = 20_000
 EXAMPLES = [pytest.param(shape, id=f"{kind}{number}") for kind, settings in SHAPES.items()
             for number, shape in enumerate(settings)]  # fmt: skip
-SOLIDS = [example for example in EXAMPLES if example.values[0]["type"] not in ("triangle", "plane")]
+SOLIDS = [example for example in EXAMPLES if KINDS[example.values[0]["type"]].solid]
 
 
 def size(shape):
@@ -35,6 +35,8 @@ def rays_at(shape, rng, count=RAYS, inside=False):
     if shape["type"] == "triangle":
         weights = 1.5 * rng.dirichlet((1, 1, 1), count) - 0.5 / 3  # a triangle 1.5 times as large
         target = weights @ np.array([shape["v0"], shape["v1"], shape["v2"]])
+    if shape["type"] == "rectangle":
+        target = rng.uniform(-0.7, 0.7, (count, 2)) @ np.array([shape["u"], shape["v"]]) + shape["center"]
     o = rng.normal(size=(count, 3)) * 3
     if inside:
         candidates = rng.uniform(-1, 1, (count * 200 if size(shape) < 20 else count, 3))
@@ -106,6 +108,16 @@ def test_surface_point_is_on_the_shape(compiled, rng):
     assert np.all(np.abs(signed_distance(shape, p)) < 8 * 2.0**-24 * scale)
 
 
+def given_normal(shape):
+    """Return the normal of a sheet, of any length."""
+    match shape["type"]:
+        case "triangle":
+            return np.cross(np.subtract(shape["v1"], shape["v0"]), np.subtract(shape["v2"], shape["v0"]))
+        case "rectangle":
+            return np.cross(shape["u"], shape["v"])
+    return np.asarray(shape["normal"])
+
+
 @pytest.mark.parametrize("compiled", EXAMPLES, indirect=True)
 def test_normal_agrees_with_finite_differences(compiled, rng):
     """The normal is the gradient of the signed distance, away from edges; a sheet's is given or its winding's."""
@@ -115,9 +127,8 @@ def test_normal_agrees_with_finite_differences(compiled, rng):
     p = surface.p.numpy().T[valid].astype(float)
     n = np.broadcast_to(surface.n_geo.numpy().T, (RAYS, 3))[valid]
     assert np.allclose(np.linalg.norm(n, axis=1), 1, atol=1e-6)
-    if shape["type"] in ("triangle", "plane"):
-        expected = (np.cross(np.subtract(shape["v1"], shape["v0"]), np.subtract(shape["v2"], shape["v0"]))
-                    if shape["type"] == "triangle" else np.asarray(shape["normal"]))  # fmt: skip
+    if not KINDS[shape["type"]].solid:
+        expected = given_normal(shape)
         assert np.allclose(n, expected / np.linalg.norm(expected), atol=1e-6)
         return
     step = 1e-4

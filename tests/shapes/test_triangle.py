@@ -52,11 +52,16 @@ def test_a_gap_would_be_found(tmp_path, rng):
     assert not hit.valid.numpy().all()
 
 
-@pytest.mark.parametrize("kind", ["triangle", "plane"])
+@pytest.mark.parametrize("kind", ["triangle", "plane", "rectangle", "disk"])
 @pytest.mark.parametrize("height", [-0.5, 0.0])
 def test_a_ray_within_or_beside_the_plane_misses(tmp_path, rng, kind, height):
     """0 / 0 and x / 0 decide nothing."""
-    sheet = quad(CORNERS)[0] if kind == "triangle" else {"type": "plane", "point": [0, -0.5, 0], "normal": [0, 1, 0]}
+    flat = {
+        "plane": {"point": [0, -0.5, 0], "normal": [0, 1, 0]},
+        "rectangle": {"center": [0, -0.5, 0], "u": [2, 0, 0], "v": [0, 0, 2]},
+        "disk": {"center": [0, -0.5, 0], "normal": [0, 1, 0], "radius": 2},
+    }
+    sheet = quad(CORNERS)[0] if kind == "triangle" else flat[kind] | {"type": kind}
     scene = compile_scene(loaded(tmp_path, [sheet]))
     o = rng.uniform(-2, 2, (5000, 3))
     o[:, 1] = height

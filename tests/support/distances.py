@@ -55,6 +55,22 @@ def _triangle(shape, p):
     return np.where(inside, np.abs((p - v[0]) @ n), np.min(edges, axis=0))
 
 
+def _rectangle(shape, p):
+    """Distance to a parallelogram, as two triangles that share a diagonal."""
+    c, u, v = (np.asarray(shape[name], float) for name in ("center", "u", "v"))
+    a, b, c, d = (c + x * u + y * v for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)))
+    halves = ({"v0": a, "v1": b, "v2": c}, {"v0": a, "v1": c, "v2": d})
+    return np.min([_triangle(half, p) for half in halves], axis=0)
+
+
+def _disk(shape, p):
+    n = np.asarray(shape["normal"]) / np.linalg.norm(shape["normal"])
+    q = p - shape["center"]
+    along = q @ n
+    across = np.linalg.norm(q - along[:, None] * n, axis=-1)
+    return np.hypot(along, np.maximum(across - shape["radius"], 0))
+
+
 def _plane(shape, p):
     n = np.asarray(shape["normal"]) / np.linalg.norm(shape["normal"])
     return np.abs((p - shape["point"]) @ n)
@@ -62,6 +78,7 @@ def _plane(shape, p):
 
 FORMULAE = {
     "sphere": _sphere, "cylinder": _cylinder, "box": _box, "convex": _convex, "triangle": _triangle, "plane": _plane,
+    "rectangle": _rectangle, "disk": _disk,
 }  # fmt: skip
 
 

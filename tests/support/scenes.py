@@ -63,6 +63,14 @@ SHAPES = {
         {"type": "triangle", "v0": [-0.8, -0.5, 0.2], "v1": [0.9, -0.4, -0.3], "v2": [0.1, 0.8, 0.5]},
         {"type": "triangle", "v0": [-1, 0, 0], "v1": [1, 0, 0], "v2": [0, 0.01, 0]},
     ],
+    "rectangle": [
+        {"type": "rectangle", "center": [0.1, -0.1, 0.2], "u": [1.2, 0.3, -0.4], "v": [0.5, 0.9, 0.6]},
+        {"type": "rectangle", "center": [0, 0, 0], "u": [2, 0, 0], "v": [0, 0.01, 0]},
+    ],
+    "disk": [
+        {"type": "disk", "center": [0.1, 0.2, -0.1], "normal": [1, 2, -1], "radius": 0.8},
+        {"type": "disk", "center": [0, -30, 0], "normal": [0, -1, 0.001], "radius": 40},
+    ],
     "plane": [
         {"type": "plane", "point": [0.1, -0.3, 0.2], "normal": [0.2, 3, -0.4]},
         {"type": "plane", "point": [0, 0, 1000], "normal": [0, 0, -1]},

@@ -1,0 +1,52 @@
+"""Disk, seen from both sides."""
+
+import math
+
+import drjit as dr
+
+from renderer.core.backend import Vector2f
+from renderer.core.records import Surface
+from renderer.core.vectors import frame, unit
+from renderer.shapes.base import ShapeKind, register, turn
+
+CENTER, NORMAL, TANGENT, BITANGENT, RADIUS = 0, 3, 6, 9, 12
+
+
+def pack(shape, columns=None):
+    """Return the middle, the unit normal with its two tangents, and the radius."""
+    normal = unit(shape.normal)
+    tangent, bitangent = frame(normal)
+    return [*shape.center, *normal, *tangent, *bitangent, shape.radius]
+
+
+def distance(row, ray):
+    """Return whether the line meets the disk, and where; a line within its plane gives infinity or NaN."""
+    n = row.vector(NORMAL)
+    to_middle = row.vector(CENTER) - ray.o
+    t = dr.dot(n, to_middle) / dr.dot(n, ray.d)
+    return dr.squared_norm(dr.fma(ray.d, t, -to_middle)) <= dr.square(row[RADIUS]), t
+
+
+def surface(row, p):
+    """Return p projected along the normal into the plane."""
+    n = row.vector(NORMAL)
+    return Surface(p - n * dr.dot(n, p - row.vector(CENTER)), n)
+
+
+def texture_coordinates(row, surface):
+    """Return the angle in turns, as on the upper cap of a cylinder, and the distance from the middle over the radius."""
+    q = surface.p - row.vector(CENTER)
+    return Vector2f(turn(-dr.dot(q, row.vector(BITANGENT)), dr.dot(q, row.vector(TANGENT))), dr.norm(q) / row[RADIUS])
+
+
+def bounds(shape):
+    """Return the box around the rim, which reaches r sqrt(1 - n^2) along an axis with the normal's cosine n."""
+    reach = [shape.radius * math.sqrt(max(0.0, 1 - n * n)) for n in unit(shape.normal)]
+    return [c - r for c, r in zip(shape.center, reach)], [c + r for c, r in zip(shape.center, reach)]
+
+
+register(
+    ShapeKind(
+        "disk", pack, surface, texture_coordinates, distance=distance, bounds=bounds, directions=range(NORMAL, RADIUS)
+    )
+)
