@@ -14,6 +14,7 @@ from renderer.core.vectors import dot, frame, length, subtract, unit
 from renderer.scene import schema
 
 RIM_POINTS = 360  # exact to (pi / 360)^2 / 2 = 4e-5 of the radius
+DIELECTRICS = ("dielectric", "roughdielectric")  # kinds of BSDF that refract
 CLOSED = ("sphere", "cylinder", "box", "convex")
 FEW = 64  # refractive shapes: below, trying all takes less than importing numpy
 WIDE_SLACK = 1e-4  # of bounds, relative: nothing that `encloses` takes by points on rims may be passed over
@@ -41,14 +42,21 @@ def encloses(shape, points, ball=0.0):
     return False
 
 
-def exterior_indices(shapes):
+def index_of(material, paths=False):
+    """Return the index of refraction inside a material, None if it does not refract; `paths` is mode pathtracer."""
+    if paths and material.bsdf is not None:
+        return material.bsdf.ior if material.bsdf.type in DIELECTRICS else None
+    return material.refractiveindex if material.isrefractive else None
+
+
+def exterior_indices(shapes, paths=False):
     """Return the index of refraction around each shape of a scene; 1 for those that do not refract.
 
     Of a few refractive shapes all are tried; of many only those whose bounds hold the bounds of the shape inside.
     """
-    glass = [shape for shape in shapes if shape.material.isrefractive]
+    glass = [shape for shape in shapes if index_of(shape.material, paths) is not None]
     around = _containers(glass) if len(glass) > FEW else {id(shape): glass for shape in glass}
-    return [exterior_index(shape, around[id(shape)]) if id(shape) in around else 1.0 for shape in shapes]
+    return [exterior_index(shape, around[id(shape)], paths) if id(shape) in around else 1.0 for shape in shapes]
 
 
 def _containers(shapes):
@@ -92,7 +100,7 @@ def _bounds(shape):
     return [min(axis) - ball for axis in zip(*points)], [max(axis) + ball for axis in zip(*points)]
 
 
-def exterior_index(shape, shapes):
+def exterior_index(shape, shapes, paths=False):
     """Return the index of refraction around a refractive shape; `shapes` are all that may be around it.
 
     Of two that contain each other (equal ones) neither is the smaller, so neither surrounds the other.
@@ -102,9 +110,9 @@ def exterior_index(shape, shapes):
         return 1.0
     own = _volume(shape)
     around = [
-        (_volume(other), other.material.refractiveindex)
+        (_volume(other), index_of(other.material, paths))
         for other in shapes
-        if other is not shape and other.material.isrefractive and encloses(other, points, ball)
+        if other is not shape and index_of(other.material, paths) is not None and encloses(other, points, ball)
     ]
     return min(((size, index) for size, index in around if size > own), default=(own, 1.0))[1]
 

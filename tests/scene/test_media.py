@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from renderer.scene import media, schema
+from renderer.scene import materials, media, schema
 
 
 def glass(kind, centre, size, index, axis=(0.0, 1.0, 0.0)):
@@ -66,3 +66,19 @@ def test_thousands_of_drops_are_settled_at_once():
     began = time.process_time()
     media.exterior_indices(drops)
     assert time.process_time() - began < 5
+
+
+@pytest.mark.parametrize(("bsdf", "in_phong", "in_paths"), [
+    (None, 1.3, 1.3),
+    (materials.Dielectric(type="dielectric", ior=1.7), 1.3, 1.7),
+    (materials.RoughDielectric(type="roughdielectric", ior=1.7), 1.3, 1.7),
+    (materials.Plastic(type="plastic", ior=1.7), 1.3, 1.0),
+    (materials.Diffuse(type="diffuse"), 1.3, 1.0),
+])
+def test_the_bsdf_says_in_path_traced_scenes_what_refracts(bsdf, in_phong, in_paths):
+    """Elsewhere the coursework's keys do; around the outer shape there is nothing."""
+    outer = schema.Sphere(center=(0.0, 0.0, 0.0), radius=2.0,
+                          material=schema.Material(isrefractive=True, refractiveindex=1.3, bsdf=bsdf))
+    inner = glass("sphere", (0.5, 0.0, 0.0), 1.0, 1.5)
+    assert media.exterior_indices([outer, inner]) == [1.0, in_phong]
+    assert media.exterior_indices([outer, inner], paths=True) == [1.0, in_paths]
