@@ -43,15 +43,19 @@ class Rows:
         """Return the record at a lane index that is only meaningful where `active`."""
         return Row(self, index, active)
 
+    def chosen(self, masks):
+        """Return the record of the last true mask of each lane; `masks` are those of the records from the second on."""
+        return Row(self, 0, masks=masks)
+
     def column(self, column):
         """Return one column of all records, a lane each."""
         return dr.gather(self._type, self._data, dr.arange(UInt32, self.count) * self.width + column)
 
     def read(self, index, column, active, masks):
         """Return one column of one record, or of one record a lane."""
-        if isinstance(index, int) and isinstance(column, int):
+        if masks is None and isinstance(index, int) and isinstance(column, int):
             return self._scalar(index * self.width + column)
-        if masks is None or isinstance(index, int):
+        if masks is None:
             return dr.gather(self._type, self._data, index * self.width + column, active)
         value = self.read(0, column, True, None)
         for k, mask in enumerate(masks, start=1):
@@ -70,8 +74,8 @@ class Rows:
 class Row:
     """One record of Rows, read column by column."""
 
-    def __init__(self, rows, index, active=True):
-        self._rows, self._index, self._active, self._masks = rows, index, active, None
+    def __init__(self, rows, index, active=True, masks=None):
+        self._rows, self._index, self._active, self._masks = rows, index, active, masks
         if not isinstance(index, int) and rows.count <= SELECT_LIMIT:
             self._masks = [index == k for k in range(1, rows.count)]
 

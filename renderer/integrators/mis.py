@@ -1,0 +1,14 @@
+"""Multiple importance sampling of two strategies."""
+
+import drjit as dr
+
+from renderer.core.numeric import TINY, greater
+
+
+def power_heuristic(pdf, other_pdf):
+    """Return the weight of a sample with density `pdf` that the other strategy finds with `other_pdf` [Veach1997, sec. 9.2.4].
+
+    Both of the same measure; from the quotient, so that squares cannot overflow. `pdf` 0 gives 0 unless both are 0.
+    """
+    quotient = other_pdf / greater(pdf, TINY)
+    return dr.rcp(1 + dr.square(quotient))

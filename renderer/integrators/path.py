@@ -1,0 +1,236 @@
+"""Path tracing: light that reaches the camera over up to `nbounces` surfaces [Kajiya1986].
+
+At every surface one direction is drawn from a light and one from the BSDF; light that either may find is weighted by
+the power heuristic [Veach1997, sec. 9.2]. The next segment follows the BSDF's direction. From the fourth bounce on, a
+path ends at random with the probability of what it has lost [Arvo1990], unless the scene forbids it.
+
+Numbers: three pairs a vertex: choice of light and of lobe, point on the light, direction from the BSDF; the roulette
+takes a fourth dimension.
+
+Two drivers share the vertex. Where all shapes are tested one after the other, a step is a whole vertex with its
+shadow ray. Where rays go through a hierarchy, their ways differ in length: there a step is a few records of the way of
+either ray, after which the lanes that have arrived are shaded, so that none waits for the longest way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+
+from renderer.accel.bvh import Bvh, Walk
+from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.frame import Frame
+from renderer.core.numeric import FAR, TINY, greater, lesser
+from renderer.core.records import NO_SHAPE, Hit, Ray
+from renderer.integrators.base import register
+from renderer.integrators.mis import power_heuristic
+from renderer.samplers.base import PATH
+from renderer.scene.geometry import SHADOW_END, leave
+from renderer.scene.schema import PATHTRACER
+
+DIMENSIONS = 4  # of a vertex
+CHOICES, ON_LIGHT, DIRECTION, ROULETTE = range(DIMENSIONS)
+ROULETTE_DEPTH = 4  # bounces before it
+MOST_SURVIVAL = 0.95  # so that no path goes on for ever
+STEPS = 5  # through the hierarchy between shadings
+
+
+@dataclass
+class Path:
+    """The segment of each lane, and what the path is worth."""
+
+    o: Vector3f
+    d: Vector3f
+    left_index: UInt32  # the primitive it left, NO_SHAPE for the camera
+    left_inwards: Bool
+    throughput: Vector3f  # share of the radiance along the segment that reaches the camera
+    pdf_sa: Float  # of the segment's direction, by its BSDF; 0 where it was the only one possible
+    eta: Float  # index of refraction here over that at the camera: radiance in glass is seen scaled by its square
+    depth: UInt32  # bounces so far
+
+    @property
+    def ray(self):
+        """The segment as a ray."""
+        return Ray(self.o, self.d, self.left_index, self.left_inwards)
+
+
+@dataclass
+class Vertex:
+    """What a path finds at the end of its segment."""
+
+    radiance: Vector3f  # reaches the camera
+    direct: Vector3f | None  # also reaches it where `towards_light` is not blocked; None without lights
+    towards_light: Ray | None
+    distance: Float | None  # of the light, scene units
+    alive: Bool  # whether the path goes on
+    path: Path  # along its next segment
+
+
+@register(PATHTRACER)
+def path_tracer(scene, bounces):
+    """Return the integrator for a PathScene."""
+    return (WalkingPathTracer if isinstance(scene.structure, Bvh) else PathTracer)(scene, bounces)
+
+
+class PathTracer:
+    """A step is a vertex; see the module docstring."""
+
+    def __init__(self, scene, bounces):
+        self._scene = scene
+        self._limit = dr.opaque(UInt32, bounces)
+
+    def start(self, lanes):
+        """Return lanes without a ray."""
+        return dr.zeros(Path, lanes)
+
+    def restart(self, path, where, o, d):
+        """Return the path with fresh camera rays in the lanes `where`."""
+        return dr.select(where, _fresh(o, d), path)
+
+    def step(self, path, draws):
+        """Return what the segment and the light at its end bring, whether the path goes on, and the next segment."""
+        vertex = self._vertex(path, self._scene.intersect(path.ray), draws)
+        radiance = vertex.radiance
+        if vertex.direct is not None:
+            reaches = _any(vertex.direct)
+            hidden = self._scene.occluded(vertex.towards_light, vertex.distance, reaches)
+            radiance += dr.select(hidden, 0, vertex.direct)
+        return radiance, vertex.alive, vertex.path
+
+    def _vertex(self, path, hit, draws):
+        """Return the Vertex at a segment's end."""
+        scene, lighting, ray = self._scene, self._scene.lighting, path.ray
+        radiance = Vector3f(0)
+        if lighting.has_background:
+            arriving, pdf_sa = lighting.background(path.o, path.d)
+            radiance += dr.select(hit.valid, 0, path.throughput * arriving * _weight(path, pdf_sa))
+        if scene.empty:
+            return Vertex(radiance, None, None, None, Bool(False), path)
+
+        surface = scene.surface(ray, hit, with_uv=scene.scattering.textured)
+        shape = scene.shape_of(hit)
+        if lighting.has_emitters:
+            arriving, pdf_sa = lighting.emitted(path.o, path.d, hit, shape, surface, hit.valid)
+            radiance += dr.select(hit.valid, path.throughput * arriving * _weight(path, pdf_sa), 0)
+
+        active = hit.valid & (path.depth < self._limit)
+        look = scene.scattering.at(shape, surface, active)
+        wi = look.frame.to_local(-path.d)
+        dimension = path.depth * DIMENSIONS + PATH
+        choices = draws.u2(dimension + CHOICES)
+        vertex = Vertex(radiance, None, None, None, None, None)
+        if lighting.has_lights and scene.scattering.smooth:
+            light = lighting.sample(surface.p, choices.x, draws.u2(dimension + ON_LIGHT))
+            value, pdf_sa = look.evaluate(wi, look.frame.to_local(light.wo))
+            weight = dr.select(light.delta, Float(1), power_heuristic(light.pdf_sa, pdf_sa))
+            direct = path.throughput * value * light.radiance * (weight / greater(light.pdf_sa, Float(TINY)))
+            vertex.direct = dr.select(active, direct, 0)
+            vertex.towards_light, vertex.distance = leave(surface, hit.index, light.wo), light.distance
+
+        scattered = look.sample(wi, choices.y, draws.u2(dimension + DIRECTION))
+        onward = leave(surface, hit.index, look.frame.to_world(scattered.wo))
+        throughput, eta = path.throughput * scattered.weight, path.eta * scattered.eta
+        vertex.alive = active & _any(throughput)
+        if scene.roulette:
+            worth = greater(throughput.x, greater(throughput.y, throughput.z)) * dr.square(eta)
+            survival = dr.select(path.depth < ROULETTE_DEPTH - 1, Float(1), lesser(worth, Float(MOST_SURVIVAL)))
+            vertex.alive &= draws.u1(dimension + ROULETTE) < survival
+            throughput *= dr.rcp(survival)
+        pdf_sa = dr.select(scattered.delta, 0, scattered.pdf_sa)
+        vertex.path = Path(onward.o, onward.d, onward.left_index, onward.left_inwards, throughput, pdf_sa, eta, path.depth + 1)
+        return vertex
+
+
+@dataclass
+class Journey:
+    """A path whose rays are on their way through a hierarchy."""
+
+    path: Path
+    goes_on: Bool  # whether the path does after the ray towards a light that is on its way
+    to_light: Bool  # whether that is the ray on its way, and not the path's own segment
+    begins: Bool  # whether that ray has not been tested against anything yet
+    light_d: Vector3f
+    light_o: Vector3f
+    light_inwards: Bool
+    pending: Vector3f  # arrives if nothing is between the path and the light
+    t: Float
+    index: UInt32
+    walk: Walk
+
+    @property
+    def ray(self):
+        """The ray on its way; both leave the same primitive."""
+        path, towards = self.path, self.to_light
+        o, d = dr.select(towards, self.light_o, path.o), dr.select(towards, self.light_d, path.d)
+        return Ray(o, d, path.left_index, dr.select(towards, self.light_inwards, path.left_inwards))
+
+
+class WalkingPathTracer(PathTracer):
+    """A step is part of a ray's way through the hierarchy; see the module docstring."""
+
+    def start(self, lanes):
+        """Return lanes without a ray."""
+        nowhere, no, zero = dr.zeros(Vector3f, lanes), dr.zeros(Bool, lanes), dr.zeros(Float, lanes)
+        return Journey(dr.zeros(Path, lanes), no, no, no, nowhere, nowhere, no, nowhere, zero,
+                       dr.zeros(UInt32, lanes), self._scene.structure.start(lanes))
+
+    def restart(self, journey, where, o, d):
+        """Return the journey with fresh camera rays in the lanes `where`."""
+        journey.path = dr.select(where, _fresh(o, d), journey.path)
+        return self._sent(journey, where, Bool(False), Float(FAR))
+
+    def step(self, journey, draws):
+        """Return what arrives at the camera, whether the path is still on its way, and its next state."""
+        scene, structure, ray = self._scene, self._scene.structure, journey.ray
+        slabs, leaf = structure.slabs(ray), scene.leaf_test(ray)
+        t, index = scene.loose_hit(ray, journey.t)
+        t, index = dr.select(journey.begins, t, journey.t), dr.select(journey.begins, index, journey.index)
+        active = slabs.valid & ~(journey.to_light & (index != NO_SHAPE))
+        walk = journey.walk
+        for _ in range(STEPS):
+            walk, t, index, active = structure.step(
+                walk, structure.fetch(walk, active), slabs, t, index, leaf, active, journey.to_light
+            )
+        arrived = ~active & journey.to_light
+        radiance = dr.select(arrived & (index == NO_SHAPE), journey.pending, 0)
+
+        ended = ~active & ~journey.to_light
+        vertex = self._vertex(journey.path, Hit(t, dr.select(ended, index, NO_SHAPE)), draws)
+        radiance += dr.select(ended, vertex.radiance, 0)
+        onward, asks = ended & vertex.alive, Bool(False)
+        journey = Journey(dr.select(ended, vertex.path, journey.path), journey.goes_on, journey.to_light, Bool(False),
+                          journey.light_d, journey.light_o, journey.light_inwards, journey.pending, t, index, walk)
+        if vertex.direct is not None:
+            asks, towards = ended & _any(vertex.direct), vertex.towards_light
+            journey.light_o, journey.light_d = dr.select(asks, towards.o, journey.light_o), dr.select(asks, towards.d, journey.light_d)
+            journey.light_inwards = dr.select(asks, towards.left_inwards, journey.light_inwards)
+            journey.pending = dr.select(asks, vertex.direct, journey.pending)
+            journey = self._sent(journey, asks, Bool(True), vertex.distance * SHADOW_END)
+        follows = (onward & ~asks) | (arrived & journey.goes_on)
+        journey.goes_on = dr.select(ended, onward, journey.goes_on)
+        return radiance, active | asks | follows, self._sent(journey, follows, Bool(False), Float(FAR))
+
+    @staticmethod
+    def _sent(journey, where, to_light, end):
+        """Return the journey with the rays `where` at the root of the hierarchy, to go up to the distance `end`."""
+        walk = journey.walk
+        journey.walk = Walk(dr.select(where, 0, walk.record), dr.select(where, 0, walk.height), walk.stack)
+        journey.t, journey.index = dr.select(where, end, journey.t), dr.select(where, NO_SHAPE, journey.index)
+        journey.to_light, journey.begins = dr.select(where, to_light, journey.to_light), where | journey.begins
+        return journey
+
+
+def _fresh(o, d):
+    """Return the first segments of paths."""
+    return Path(o, d, UInt32(NO_SHAPE), Bool(False), Vector3f(1), Float(0), Float(1), UInt32(0))
+
+
+def _any(colour):
+    """Return whether any channel is greater than 0; False for NaN."""
+    return (colour.x > 0) | (colour.y > 0) | (colour.z > 0)
+
+
+def _weight(path, light_pdf_sa):
+    """Return the weight of light that a path ran into, which a light might have sent to its last vertex as well."""
+    return dr.select(path.pdf_sa > 0, power_heuristic(path.pdf_sa, light_pdf_sa), Float(1))

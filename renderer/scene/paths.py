@@ -1,0 +1,52 @@
+"""The scene as path tracing sees it: geometry, what surfaces do to light, and where light comes from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+
+from renderer.core.backend import UInt32, Vector3f
+from renderer.core.rows import Rows
+from renderer.scene.arrange import AUTO, arrange
+from renderer.scene.geometry import Geometry
+from renderer.scene.lamps import with_lamps
+from renderer.scene.lighting import Lighting
+from renderer.scene.media import exterior_indices
+from renderer.scene.scattering import Scattering
+
+
+@dataclass(frozen=True)
+class PathScene(Geometry):
+    """See the module docstring."""
+
+    scattering: Scattering | None  # None without shapes
+    lighting: Lighting
+    roulette: bool  # whether long paths may end at random
+    file_indices: Rows | None  # by shape: its place in the file
+
+    def file_index(self, hit):
+        """Return the place in the file of each hit's shape."""
+        return self.file_indices.row(self.shape_of(hit), hit.valid)[0]
+
+    def diffuse_colour(self, hit, surface, material):
+        """Return the albedo of each hit, for pictures of first hits."""
+        return self.scattering.at(self.shape_of(hit), surface, hit.valid).albedo() + dr.zeros(Vector3f, dr.width(hit.t))
+
+
+def compile_paths(loaded, accel=AUTO):
+    """Return the PathScene of a LoadedScene, its shapes in the structure that `accel` names (see arrange.py).
+
+    Raises SceneError for files that cannot be read.
+    """
+    loaded = with_lamps(loaded)
+    ordered, geometry = arrange(loaded, accel)
+    shapes = [shape for _, shape in ordered]
+    materials = [shape.material for shape in shapes]
+    return PathScene(
+        **geometry,
+        scattering=Scattering(materials, exterior_indices(shapes)) if shapes else None,
+        lighting=Lighting.of(loaded, ordered, geometry["triangles"]),
+        roulette=loaded.description.roulette,
+        file_indices=Rows([[index] for index, _ in ordered], UInt32) if shapes else None,
+    )
