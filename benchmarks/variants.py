@@ -19,10 +19,11 @@ from benchmarks import scenes
 from benchmarks.measure import interleaved, result, spread
 from renderer.core import rows
 from renderer.core.backend import UInt32, Vector3f
+from renderer.engine.film import Film
 from renderer.engine.loop import pixel_corner, sample_pixels
 from renderer.engine.render import render
 from renderer.integrators import INTEGRATORS
-from renderer.samplers.r2 import R2
+from renderer.samplers import KINDS as SAMPLERS
 from renderer.scene.tables import compile_camera, compile_scene
 
 SCENE = "scene"
@@ -81,13 +82,14 @@ def lane_per_sample(loaded):
     together = min(TOGETHER, description.spp)
     lane = dr.arange(UInt32, pixels * together)
     pixel = lane // dr.opaque(UInt32, together)
-    corner, sampler = pixel_corner(pixel, dr.opaque(UInt32, camera.width)), R2(pixel, dr.opaque(UInt32, 0))
+    corner = pixel_corner(pixel, dr.opaque(UInt32, camera.width))
+    sampler = SAMPLERS[description.sampler](pixel, dr.opaque(UInt32, 0))
     total = dr.zeros(Vector3f, pixels)
     for done in range(0, description.spp, together):
         sample = lane - pixel * together + dr.opaque(UInt32, done)
-        zero = dr.zeros(Vector3f, pixels * together)
-        radiance = sample_pixels(integrator, compiled_camera, sampler, corner, zero, sample, sample + 1)
-        total += dr.block_sum(radiance, together)
+        film = Film.empty(pixels * together, single=True)
+        film = sample_pixels(integrator, compiled_camera, sampler, corner, film, sample, sample + 1)
+        total += dr.block_sum(film.total, together)
         dr.eval(total)
         dr.sync_thread()
     return total / description.spp

@@ -6,7 +6,8 @@ the longest path among them. The image stays in registers, and memory does not d
 
 import drjit as dr
 
-from renderer.core.backend import Float, Float64, UInt32, Vector2f
+from renderer.core.backend import Float, Float64, UInt32, Vector2f, Vector3f
+from renderer.samplers.base import PIXEL, Draws
 
 
 def pixel_corner(pixel, width):
@@ -18,28 +19,31 @@ def pixel_corner(pixel, width):
     return Vector2f(Float(pixel - row * width), Float(row))
 
 
-def sample_pixels(integrator, camera, sampler, corner, radiance, first, end):
-    """Return radiance (Vector3f, one lane a pixel) plus the sum of the samples from `first` up to `end`.
+def sample_pixels(integrator, camera, sampler, corner, film, first, end, centred=False):
+    """Return the Film (one lane a pixel) with the samples from `first` up to `end`, added in their order.
 
-    Samples are added one by one in their order, so that the sum does not depend on how passes split them.
-    `sampler` is None for one ray through the middle of each pixel; `first` and `end` are opaque UInt32.
+    `centred` sends every ray through the middle of its pixel; `first` and `end` are opaque UInt32.
     """
     kind, camera_row = camera
     lanes = dr.width(corner)
 
     def camera_ray(sample):
-        offset = Vector2f(0.5) if sampler is None else sampler.u2(sample)
+        offset = Vector2f(0.5) if centred else sampler.u2(sample, PIXEL)
         return kind.ray(camera_row, corner + offset)
 
     sample = first + dr.zeros(UInt32, lanes)
     path = integrator.restart(integrator.start(lanes), True, *camera_ray(sample))
 
-    def advance(sample, path, radiance):
-        added, alive, path = integrator.step(path)
+    def advance(sample, path, current, film):
+        added, alive, path = integrator.step(path, Draws(sampler, sample))
+        current = current + added
+        film = film.add(current, ~alive)
         sample = sample + dr.select(alive, UInt32(0), 1)
-        return sample, integrator.restart(path, ~alive, *camera_ray(sample)), radiance + added
+        current = dr.select(alive, current, 0)
+        return sample, integrator.restart(path, ~alive, *camera_ray(sample)), current, film
 
-    _, _, radiance = dr.while_loop(
-        (sample, path, radiance), lambda sample, path, radiance: sample < end, advance, label="samples"
+    _, _, _, film = dr.while_loop(
+        (sample, path, dr.zeros(Vector3f, lanes), film),
+        lambda sample, path, current, film: sample < end, advance, label="samples",
     )
-    return radiance
+    return film

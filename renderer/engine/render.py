@@ -11,12 +11,13 @@ from renderer.core import backend
 from renderer.core.backend import Float, UInt32, Vector2f, Vector3f
 from renderer.core.records import Ray
 from renderer.engine import tonemap as tonemapping
+from renderer.engine.film import Film
 from renderer.engine.loop import pixel_corner, sample_pixels
 from renderer.integrators import INTEGRATORS, first_hit
-from renderer.samplers.r2 import R2
+from renderer.samplers import KINDS as SAMPLERS
 from renderer.scene.tables import compile_camera, compile_scene
 from renderer.scene.arrange import AUTO
-from renderer.scene.schema import DEBUG_MODES
+from renderer.scene.schema import DEBUG_MODES, PATHTRACER
 
 PASS_SECONDS = 0.5  # aim for the length of a pass: often enough for progress and Ctrl-C
 FIRST_PASS_SAMPLES = 4
@@ -94,7 +95,9 @@ def render(loaded, *, seed=0, accel=AUTO, progress=None):
             colour, named = _first_hits(mode, scene, camera, *size)
         else:
             integrator = INTEGRATORS[mode](scene, description.nbounces)
-            colour, named = _sampled(integrator, camera, *size, samples, seed, progress), {}
+            sampler = SAMPLERS[description.sampler]
+            centred = samples == 1 and mode != PATHTRACER
+            colour, named = _sampled(integrator, camera, sampler, *size, samples, seed, centred, progress), {}
         dr.sync_thread()
         history = dr.kernel_history()
     compiling = sum(kernel["codegen_time"] + kernel["backend_time"] for kernel in history if "backend_time" in kernel)
@@ -124,28 +127,26 @@ def _first_hits(mode, scene, camera, width, height):
     return colour, named
 
 
-def _sampled(integrator, camera, width, height, samples, seed, progress):
+def _sampled(integrator, camera, sampler, width, height, samples, seed, centred, progress):
     """Return the mean of the samples; a pass renders a few of them, so many that it takes about PASS_SECONDS."""
     pixel = dr.arange(UInt32, width * height)
     corner = pixel_corner(pixel, dr.opaque(UInt32, width))
-    sampler = R2(pixel, dr.opaque(UInt32, seed)) if samples > 1 else None
-    radiance, done, count = dr.zeros(Vector3f, width * height), 0, min(samples, FIRST_PASS_SAMPLES)
+    sampler = sampler(pixel, dr.opaque(UInt32, seed))
+    film, done, count = Film.empty(width * height, samples == 1), 0, min(samples, FIRST_PASS_SAMPLES)
     if samples > count:
-        dr.make_opaque(radiance)  # so that the first pass uses the same kernel as the others
+        dr.make_opaque(film)  # so that the first pass uses the same kernel as the others
     while done < samples:
         start, end = time.perf_counter(), min(done + count, samples)
-        radiance = sample_pixels(
-            integrator, camera, sampler, corner, radiance, dr.opaque(UInt32, done), dr.opaque(UInt32, end)
+        film = sample_pixels(
+            integrator, camera, sampler, corner, film, dr.opaque(UInt32, done), dr.opaque(UInt32, end), centred
         )
-        dr.eval(radiance)
+        dr.eval(film)
         dr.sync_thread()
         if progress:
             progress(end, samples)
         seconds = max(time.perf_counter() - start, 1e-6)
         count = max(1, int(count * min(LONGEST_GROWTH, PASS_SECONDS / seconds)))
         done = end
-    if samples == 1:
-        return radiance
-    colour = radiance * dr.opaque(Float, 1 / samples)
+    colour = film.mean(samples)
     dr.eval(colour)
     return colour

@@ -37,7 +37,7 @@ class Binary:
         """Return the path with fresh camera rays in the lanes `where`."""
         return dr.select(where, Path(o, d), path)
 
-    def step(self, path):
+    def step(self, path, draws):
         """Return red or black; no lane goes on."""
         hit = self._scene.occluded(Ray(path.o, path.d), Float(FAR), Bool(True))
         return dr.select(hit, Vector3f(HIT), Vector3f(MISS)), Bool(False), path

@@ -70,7 +70,7 @@ class Phong:
         fresh = Segment(o, d, UInt32(NO_SHAPE), UInt32(0), Float(1), UInt32(0))
         return Tree(dr.select(where, fresh, tree.now), tree.waiting, tree.waiting_count)
 
-    def step(self, tree):
+    def step(self, tree, draws):
         """Return what the segment at hand brings, whether the lane has another one, and the tree with that one."""
         scene, now = self._scene, tree.now
         ray = Ray(now.o, now.d, now.left_index, now.left_inwards != 0) if scene.has_mirrors else Ray(now.o, now.d)

@@ -19,7 +19,7 @@ class R2:
         self._shift_x = mix(pixel + mix(UInt32(seed)))
         self._shift_y = mix(self._shift_x + 0x9E3779B9)
 
-    def u2(self, sample):
+    def u2(self, sample, dimension=0):
         """Return two numbers in [0, 1) for a sample number."""
         x, y = self._shift_x + sample * STEP_X, self._shift_y + sample * STEP_Y
         return Vector2f(Float(x >> 8), Float(y >> 8)) * TO_UNIT
