@@ -1,4 +1,5 @@
-"""Pictures as files: PPM, PNG and EXR are written, textures are read from PPM, PNG and JPEG.
+"""Pictures as files: PPM, PNG and EXR are written, textures are read from PPM, PNG and JPEG, environments also from
+EXR and HDR.
 
 Rows run from the top. Every write is atomic (see `files.py`). The libraries are imported by the function that needs
 them: a PPM needs none, which keeps the common run quick to start.
@@ -7,7 +8,9 @@ them: a PPM needs none, which keeps the common run quick to start.
 import os
 import warnings
 
+from renderer.core import srgb
 from renderer.core.errors import Problem, RenderError, SceneError
+from renderer.io import rgbe
 from renderer.io.files import reason, replacing
 
 # Level 1 of 9: 0.018 s against 0.037 s at the default level for mirror_image in phong mode at 1200 x 800 (105 against
@@ -15,6 +18,8 @@ from renderer.io.files import reason, replacing
 PNG_COMPRESSION = 1
 MAX_TEXTURE_PIXELS = 2**26  # 8192 x 8192: 192 MiB as 8-bit RGB; more is a mistake or a decompression bomb
 TEXTURE_FORMATS = ("PPM", "PNG", "JPEG")
+EXR_MAGIC = b"\x76\x2f\x31\x01"
+LARGEST_RADIANCE = 1e18  # as for every number of a scene: squares must fit a 32-bit float
 
 
 def ppm_header(width, height):
@@ -96,6 +101,71 @@ def read_texture(path):
         raise _unreadable(path, f"cannot be read: {reason(error)}") from None
     except Exception as error:  # a damaged file can raise nearly anything out of the decoders
         raise _unreadable(path, f"the image is damaged: {error}") from None
+
+
+def read_environment(path):
+    """Return (height, width, 3) float32 of linear radiance, rows from the top, from EXR, HDR, PNG, JPEG or PPM.
+
+    8-bit values are decoded from sRGB. Of an EXR the channels R, G, B, or Y, of the first part count.
+
+    Raises: SceneError with the path and the reason: missing, damaged, enormous, or pixels that are no radiance.
+    """
+    import numpy as np
+
+    try:
+        with open(path, "rb") as file:
+            head = file.read(len(EXR_MAGIC))
+            if head == EXR_MAGIC:
+                pixels = _read_exr(path)
+            elif head[:2] == rgbe.MAGIC[0][:2]:
+                file.seek(0)
+                pixels = _read_hdr(path, file)
+            else:
+                width, height, rgb = read_texture(path)
+                pixels = np.array(srgb.BYTES, np.float32)[np.frombuffer(rgb, np.uint8)].reshape(height, width, 3)
+    except OSError as error:
+        raise _unreadable(path, f"cannot be read: {reason(error)}") from None
+    wrong = ~((pixels >= 0) & (pixels <= LARGEST_RADIANCE)).all(axis=2)
+    if wrong.any():
+        y, x = np.argwhere(wrong)[0]
+        raise _unreadable(path, f"{np.count_nonzero(wrong)} pixels are no radiance (negative, beyond "
+                                f"{LARGEST_RADIANCE:g} or no number), first {pixels[y, x].tolist()} at x = {x}, y = {y}")
+    return pixels
+
+
+def _read_hdr(path, file):
+    """Return the pixels of a Radiance picture, a file at its beginning."""
+    try:
+        width, height = rgbe.read_size(file)
+        if width * height > MAX_TEXTURE_PIXELS:
+            raise _too_large(path, f"{width} x {height} pixels")
+        return rgbe.read_pixels(file.read(), width, height)
+    except rgbe.BadPicture as error:
+        raise _unreadable(path, f"not a Radiance picture that can be read: {error}") from None
+
+
+def _read_exr(path):
+    """Return the pixels of an EXR."""
+    import numpy as np
+    import OpenEXR
+
+    try:
+        (left, top), (right, bottom) = OpenEXR.File(os.fspath(path), header_only=True).header()["dataWindow"]
+        width, height = int(right) - int(left) + 1, int(bottom) - int(top) + 1
+        if width * height > MAX_TEXTURE_PIXELS:
+            raise _too_large(path, f"{width} x {height} pixels")
+        channels = OpenEXR.File(os.fspath(path), separate_channels=True).channels()
+        names = next((names for names in ("RGB", "YYY") if set(names) <= set(channels)), None)
+        if names is None or "RY" in channels:
+            raise _unreadable(path, f"has no channels R, G, B or Y, but {', '.join(sorted(channels))}")
+        pixels = np.stack([channels[name].pixels.astype(np.float32) for name in names], axis=2)
+    except SceneError:
+        raise
+    except Exception as error:  # the library raises a RuntimeError for most files, and others for damaged ones
+        raise _unreadable(path, f"the EXR is damaged: {' '.join(str(error).split())}") from None
+    if pixels.shape != (height, width, 3):
+        raise _unreadable(path, "its channels have fewer pixels than the picture")
+    return pixels
 
 
 def _to_rgb(path, image):
