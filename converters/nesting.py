@@ -12,6 +12,7 @@ import numpy as np
 from converters.geometry import box_polyhedron, frame, hull, intersection, unit
 
 CLOSED = ("sphere", "cylinder", "box", "convex")
+GLASS = ("dielectric", "roughdielectric")  # BSDFs that light passes
 ANGLES = 4096  # points of a circle; their greatest distance from an axis is exact to (pi / ANGLES)^2 / 2 = 3e-7
 SLACK = 1e-9  # relative: shapes that touch from inside count as contained
 
@@ -67,17 +68,25 @@ def contains(outer, inner):
     return bool(((points @ planes.normals.T).max(axis=0) + ball <= planes.offsets + slack).all())
 
 
-def outside_indices(shapes):
+def index_of(material, mode):
+    """Return the index of refraction inside a shape of the material in a render mode, or None if it is opaque."""
+    if mode == "pathtracer" and material.bsdf is not None:
+        return material.bsdf.ior if material.bsdf.type in GLASS else None
+    return material.refractiveindex if material.isrefractive else None
+
+
+def outside_indices(shapes, mode="phong"):
     """Return the index of refraction around each shape, in the order of `shapes`, a list of descriptions.
 
     It is that of the smallest closed refractive shape that contains the shape wholly, else 1. Of two that contain
     each other (equal ones) neither is the smaller, so neither surrounds the other.
     """
-    glass = [s for s in shapes if s.material.isrefractive and s.type in CLOSED]
+    glass = [s for s in shapes if s.type in CLOSED and index_of(s.material, mode) is not None]
     volumes = {id(s): _volume(s) for s in glass}
     result = []
     for shape in shapes:
         around = [other for other in glass if id(shape) in volumes and other is not shape
                   and volumes[id(other)] > volumes[id(shape)] and contains(other, shape)]
-        result.append(min(around, key=lambda s: volumes[id(s)]).material.refractiveindex if around else 1.0)
+        inner = min(around, key=lambda s: volumes[id(s)], default=None)
+        result.append(index_of(inner.material, mode) if inner else 1.0)
     return result

@@ -16,6 +16,7 @@ from converters.geometry import (
 )
 from converters.meshes import MeshFile, mesh_file
 
+RIGHT_ANGLE = 1e-6  # cosine: Mitsuba's rectangles have right angles, other parallelograms become meshes
 PLANE_RADIUS = 1e6  # scene units: the rim is 1e-6 from the horizon, less than rounding of a camera ray
 # Scene units; Mitsuba's disks have polar texture coordinates, so a rectangle stands in for a textured plane.
 TEXTURED_PLANE_HALF_SIDE = 100.0
@@ -72,6 +73,26 @@ def _plane(shape):
     yield Part("plane", "disk", matrix(PLANE_RADIUS * t, PLANE_RADIUS * b, normal, shape.point))
 
 
+def sheet_mesh(name, middle, u, v):
+    """Return the part of a parallelogram with the edges u and v, seen from the side of u x v; uv from 0 to 1."""
+    middle, u, v = (np.asarray(vector, dtype=np.float64) for vector in (middle, u, v))
+    if abs(u @ v) <= RIGHT_ANGLE * np.linalg.norm(u) * np.linalg.norm(v):
+        return Part(name, "rectangle", matrix(u / 2, v / 2, unit(np.cross(u, v)), middle), uv_map=OWN_UV)
+    uv = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    corners = middle + (uv - 0.5) @ np.array([u, v])
+    return Part(name, "mesh", mesh=Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), uv), uv_map=OWN_UV)
+
+
+def _rectangle(shape):
+    yield sheet_mesh("rectangle", shape.center, shape.u, shape.v)
+
+
+def _disk(shape):
+    normal = unit(shape.normal)
+    t, b = (shape.radius * v for v in frame(normal))
+    yield Part("disk", "disk", matrix(t, b, normal, shape.center), uv_map=CAP_UV)
+
+
 def _box(shape):
     yield Part("box", "mesh", mesh=box_mesh(shape.min, shape.max), uv_map=OWN_UV)
 
@@ -87,7 +108,7 @@ def _mesh(shape, resolve):
 
 
 _PARTS = {"sphere": _sphere, "cylinder": _cylinder, "triangle": _triangle, "plane": _plane, "box": _box,
-          "convex": _convex}
+          "convex": _convex, "rectangle": _rectangle, "disk": _disk}
 
 
 def parts(shape, resolve=None):

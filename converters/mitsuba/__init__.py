@@ -6,14 +6,16 @@ Both are written from one tree (`plan`), so that they cannot drift apart.
 from converters.mitsuba.plan import plan
 
 
-def to_dict(loaded):
+def to_dict(loaded, exact=False):
     """Return the dictionary that `mi.load_dict` takes; the warnings are in `plan(loaded).warnings`.
+
+    `exact` uses plugins of our own where stock ones only come near (mode `pathtracer`).
 
     Sets Mitsuba's variant to llvm_ad_rgb where none was chosen. Raises SceneError where a texture cannot be read.
     """
     from converters.mitsuba.as_dict import scene_dictionary
 
-    return scene_dictionary(plan(loaded))
+    return scene_dictionary(plan(loaded, exact))
 
 
 def write_xml(loaded, path):

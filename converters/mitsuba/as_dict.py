@@ -10,18 +10,24 @@ import numpy as np
 
 from converters.geometry import joined
 from converters.meshes import MeshFile
-from converters.mitsuba import materials
-from converters.mitsuba.nodes import Colour, Node, Pixels, Point
+from converters.mitsuba import materials, srgb
+from converters.mitsuba.nodes import Colour, Environment, Node, Pixels, Point
 from converters.mitsuba.plan import part_node, pixels
 
 if mi.variant() is None:
     mi.set_variant("llvm_ad_rgb")
 
 
-def _tensor(image):
-    """Return the image as (H, W, 3) float32 of c / 255."""
-    array = np.frombuffer(image.rgb, np.uint8).reshape(image.height, image.width, 3)
-    return mi.TensorXf(array.astype(np.float32) / np.float32(255))
+def _tensor(image, raw):
+    """Return the image as (H, W, 3) float32: of c / 255 if `raw`, else decoded from sRGB."""
+    array = np.frombuffer(image.rgb, np.uint8).reshape(image.height, image.width, 3) / 255
+    return mi.TensorXf((array if raw else srgb.decoded(array)).astype(np.float32))
+
+
+def _environment(image):
+    """Return Mitsuba's bitmap of an environment: linear RGB times the factor."""
+    whole = mi.Bitmap(image.path).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
+    return mi.Bitmap(np.ascontiguousarray(np.array(whole) * np.float32(image.factor)))
 
 
 def _mesh(node):
@@ -84,16 +90,22 @@ def dictionary(node):
         elif isinstance(value, Point):
             result[name] = list(value)
         elif isinstance(value, Pixels):
-            result["data"] = _tensor(value)
+            result["data"] = _tensor(value, node.values["raw"])
+        elif isinstance(value, Environment):
+            result["bitmap"] = _environment(value)
         elif isinstance(value, np.ndarray):
             result[name] = (mi.ScalarTransform3f if value.shape == (3, 3) else mi.ScalarTransform4f)(value)
         else:
             result[name] = value
+    if "data" in result:
+        result["raw"] = True  # decoded here
     return result
 
 
 def scene_dictionary(plan):
     """Return the whole plan as the dictionary of a scene."""
+    from converters import coursework_bsdf  # noqa: F401 (registers a plugin, for which the variant must be chosen)
+
     return {"type": "scene", **{name: dictionary(node) for name, node in plan.children.items()}}
 
 

@@ -24,11 +24,19 @@ class Pixels:
 
 
 @dataclass(frozen=True)
+class Environment:
+    """An image of what is all around, and a factor of it."""
+
+    path: str
+    factor: tuple  # (3,)
+
+
+@dataclass(frozen=True)
 class Node:
     """One Mitsuba plugin: its family (the XML element), its type, and its parameters.
 
-    Values are bool, int, float, str, Colour, Point, 3 x 3 or 4 x 4 arrays (transforms), Pixels, Mesh, MeshFile or
-    Nodes.
+    Values are bool, int, float, str, Colour, Point, 3 x 3 or 4 x 4 arrays (transforms), Pixels, Environment,
+    Mesh, MeshFile or Nodes.
     """
 
     family: str

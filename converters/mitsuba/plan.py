@@ -7,6 +7,7 @@ What it cannot express is replaced by the nearest stock counterpart and named in
 - The ambient term becomes the light of the background (a constant emitter, which is also what is seen behind the
   shapes), and what the background lacks in brightness a lamp at the camera, whose shadows nobody sees.
 - Loose triangles become one mesh for each material where they are many.
+- Mode `pathtracer` means the same in Mitsuba, but for parts of the coursework's material (`paths`).
 - Binary and debug pictures become channels of the `aov` integrator.
 """
 
@@ -18,8 +19,9 @@ import numpy as np
 
 from converters.geometry import joined
 from converters.meshes import placement
-from converters.mitsuba import materials
+from converters.mitsuba import materials, paths
 from converters.mitsuba.nodes import Colour, Node, Pixels, Plan, Point
+from converters.mitsuba.paths import part_node
 from converters.nesting import outside_indices
 from converters.solids import camera_matrix, is_unbounded, parts, textured_plane
 from renderer.core.errors import Problem
@@ -60,9 +62,14 @@ def _listed(places):
     return ", ".join(places[:MOST_PLACES]) + (f" and {rest} more" if rest > 0 else "")
 
 
-def plan(loaded):
-    """Return the Plan of a loaded scene; raises SceneError where a texture or mesh cannot be read."""
+def plan(loaded, exact=False):
+    """Return the Plan of a loaded scene; raises SceneError where a texture or mesh cannot be read.
+
+    `exact` allows plugins of our own, which only code that imports `converters` can use.
+    """
     remarks, mode = _Remarks(), loaded.description.rendermode
+    if mode == "pathtracer":
+        return Plan(paths.children(loaded, remarks, exact), remarks.problems(loaded.path))
     children = {"integrator": _integrator(loaded.description, remarks.at("rendermode")),
                 "sensor": _sensor(loaded.description)}
     if mode == "phong":
@@ -147,12 +154,6 @@ def _emitters(loaded, remarks):
             result["ambient"] = _point_light(loaded, loaded.description.camera.position, rest)
         remarks.at("scene.ambientlight")("ambient term written as the background's light and a lamp at the camera")
     return result
-
-
-def part_node(part, children):
-    """Return the primitive as a node with the given children (material, attributes)."""
-    named = {"mesh": part.mesh, "file": part.file, "to_world": part.to_world}
-    return Node("shape", part.kind, {**{name: value for name, value in named.items() if value is not None}, **children})
 
 
 def _shapes(loaded, remarks):

@@ -1,0 +1,74 @@
+"""Scenes of mode `pathtracer` for Mitsuba's path integrator: what both can express means the same in both."""
+
+from __future__ import annotations
+
+from converters.mitsuba import bsdfs, lamps
+from converters.mitsuba.nodes import Node
+from converters.nesting import outside_indices
+from converters.solids import camera_matrix, is_unbounded, parts, textured_plane
+
+NEAR, FAR = 1e-3, 1e7  # scene units
+NEVER = 1_000_000  # path length from which Russian roulette starts: it would only add noise
+FLAT = ("triangle", "rectangle", "disk", "plane")  # shine on both sides
+
+
+def children(loaded, remarks, exact):
+    """Return {name: node} of the whole scene; `exact` allows plugins of our own."""
+    description = loaded.description
+    # N bounces are N + 1 segments.
+    integrator = Node("integrator", "path", {
+        "max_depth": description.nbounces + 1, "rr_depth": NEVER, "hide_emitters": False})
+    result = {"integrator": integrator, "sensor": sensor(description), **lamps.emitters(loaded)}
+    for name, (part, radiance) in lamps.lamps(loaded).items():
+        result[name] = part_node(part, {"bsdf": lamps.BLACK, "emitter": lamps.area(radiance)})
+    outside = outside_indices([shape for _, shape in loaded.shapes], description.rendermode)
+    for (number, shape), around in zip(loaded.shapes, outside):
+        result |= _shape(loaded, number, shape, around, remarks.at(f"scene.shapes[{number}]"), exact)
+    return result
+
+
+def _shape(loaded, number, shape, outside, remark, exact):
+    """Return {name: node} of one shape's primitives."""
+    if is_unbounded(shape):
+        remark("unbounded convex volume is cut off far away")
+    primitives = parts(shape, loaded.resolve)
+    if shape.type == "plane" and bsdfs.textures(shape.material):
+        remark("infinite textured plane written as a large finite rectangle around its point")
+        primitives = [textured_plane(shape)]
+    shines = max(shape.emission) > 0
+    named = {part.name: part for part in primitives}
+    if shines and shape.type in FLAT:
+        named = {f"{part.name}_{side}": half for part in primitives for side, half in lamps.both_sides(part).items()}
+    result = {}
+    for name, part in named.items():
+        surface = bsdfs.Surface(loaded, number, shape.material, outside, part.uv_map, remark, exact)
+        inside = {"bsdf": bsdfs.bsdf(surface), **({"emitter": lamps.area(shape.emission)} if shines else {})}
+        result[f"shape{number}_{name}"] = part_node(part, inside)
+    return result
+
+
+def part_node(part, inside):
+    """Return the primitive as a node with the given children (material, emitter, attributes)."""
+    named = {"mesh": part.mesh, "file": part.file, "to_world": part.to_world}
+    return Node("shape", part.kind, {**{name: value for name, value in named.items() if value is not None}, **inside})
+
+
+def sensor(description):
+    """Return the camera with the scene's filter and number of samples."""
+    camera = description.camera
+    film = Node("film", "hdrfilm", {"width": camera.width, "height": camera.height, "pixel_format": "rgb",
+                                    "component_format": "float32", "filter": Node("rfilter", description.filter)})
+    common = {"fov": float(camera.fov), "fov_axis": "y", "near_clip": NEAR, "far_clip": FAR,
+              "to_world": camera_matrix(camera), "film": film,
+              "sampler": Node("sampler", "independent", {"sample_count": description.spp})}
+    if camera.type == "pinhole" or camera.apertureRadius == 0:
+        return Node("sensor", "perspective", common)
+    return Node("sensor", "thinlens", {**common, "aperture_radius": float(camera.apertureRadius),
+                                       "focus_distance": focus_distance(camera)})
+
+
+def focus_distance(camera):
+    """Return the distance of the sharp plane along the direction of view."""
+    if camera.focusDistance is not None:
+        return float(camera.focusDistance)
+    return float(sum((a - b) ** 2 for a, b in zip(camera.lookAt, camera.position)) ** 0.5)
