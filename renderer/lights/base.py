@@ -1,12 +1,24 @@
-"""What a light kind provides, and the registry that finds it by its name in the scene file."""
+"""What a light kind provides, and the registry that finds it by its name in the scene file.
+
+Lights of the file register as LightKind. Modules of shapes that shine in path-traced scenes have `pack(shape, twosided)`,
+`features(records)`, `estimate(shape, twosided, luminance)` and `sample(row, p, u, u2, has) -> DirectSample`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import drjit as dr
+
 from renderer.core.backend import Bool, Float, Vector3f
+from renderer.core.numeric import EPSILON, greater
 from renderer.core.registry import Registry
+
+# Roundoffs of coordinates by which a point of a lamp, and where a ray is found to meet it, lie off its surface.
+LAMP_ULPS = 8.0
+# At smaller cosines at a lamp densities stop to grow, so that they stay finite; a lamp seen so flat sends no light.
+LEAST_COSINE = 1e-5
 
 
 @dataclass
@@ -23,7 +35,7 @@ class DirectSample:
     """A direction from which light arrives in path-traced scenes, and with which density it was chosen."""
 
     wo: Vector3f  # unit direction from the point to the light
-    distance: Float  # scene units; FAR for what is infinitely far away
+    distance: Float  # scene units, short of the light by its rounding; FAR for what is infinitely far away
     radiance: Vector3f  # towards the point; of a point light intensity / distance^2; 0 where the light does not shine
     pdf_sa: Float  # per steradian; 1 for lights that rays cannot hit
     delta: Bool  # whether rays cannot hit it
@@ -31,12 +43,35 @@ class DirectSample:
 
 @dataclass(frozen=True)
 class LightKind:
-    """`pack(light)` returns its record on the host; `sample(row, p)` returns a LightSample for points in lanes."""
+    """`pack(light)` returns its record on the host; `sample(row, p)` returns a LightSample for points in lanes, and
+    `sample(row, p, u2)` one of a random point of the light if it is `extended`.
+
+    `direct(row, p, u, u2, has)` returns a DirectSample; None for lights that path-traced scenes see as shapes.
+    `estimate(light, luminance)` returns the values of its choice.Estimate on the host.
+    """
 
     name: str
     pack: Callable
     sample: Callable
+    direct: Callable | None = None
+    estimate: Callable | None = None
+    extended: bool = False  # whether it is larger than a point
 
 
 KINDS = Registry()
 register = KINDS.register
+
+
+def short_of(distance, p, cosine):
+    """Return where a shadow ray from p ends before a lamp that it meets at an angle with this cosine (not 0).
+
+    Rounding moves the lamp's point, and what a ray that is aimed at it meets, off its surface by some roundoffs of the
+    coordinates; along the ray this grows with 1 / cosine.
+    """
+    size = distance + greater(abs(p.x), greater(abs(p.y), abs(p.z)))
+    return distance - size * (LAMP_ULPS * EPSILON) / cosine
+
+
+def area_pdf_sa(distance, cosine, inverse_area):
+    """Return the density per steradian of points that lie evenly on a surface, seen at a distance and angle."""
+    return dr.square(distance) * inverse_area / greater(cosine, Float(LEAST_COSINE))

@@ -1,0 +1,26 @@
+"""Shining rectangle in phong mode: a light whose place is any of its points. Path-traced scenes see it as a shape."""
+
+import drjit as dr
+
+from renderer.core.numeric import TINY, greater
+from renderer.lights.base import LightKind, LightSample, register
+
+CENTER, INTENSITY, EDGE_U, EDGE_V = 0, 3, 6, 9
+
+
+def pack(light):
+    """Return middle, intensity and edges."""
+    return [*light.position, *light.intensity, *light.u, *light.v]
+
+
+def sample(row, p, u2=None):
+    """Return the direction to a point of the light, its middle without u2, and its intensity."""
+    q = row.vector(CENTER)
+    if u2 is not None:
+        q = dr.fma(row.vector(EDGE_U), u2.x - 0.5, dr.fma(row.vector(EDGE_V), u2.y - 0.5, q))
+    to_light = q - p
+    distance = dr.norm(to_light)
+    return LightSample(to_light * dr.rcp(greater(distance, TINY)), distance, row.vector(INTENSITY))
+
+
+register(LightKind("arealight", pack, sample, extended=True))

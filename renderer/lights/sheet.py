@@ -1,0 +1,100 @@
+"""Flat emitters of path-traced scenes: rectangles, disks and triangles, with points spread evenly over their area.
+
+All are images of (a, b) -> corner + a u + b v: of the unit square, the unit disk, or half of the square.
+"""
+
+import math
+
+import drjit as dr
+
+from renderer.core.backend import Bool, Float, Vector2f, Vector3f
+from renderer.core.numeric import TINY, greater
+from renderer.core.vectors import cross, frame, length, subtract, unit
+from renderer.core.warp import square_to_disk, square_to_triangle
+from renderer.lights.base import LEAST_COSINE, DirectSample, area_pdf_sa, short_of
+
+CORNER, EDGE_U, EDGE_V, RADIANCE, INVERSE_AREA, INVERSE_CROSS, KIND, ONE_SIDED = 0, 3, 6, 9, 12, 13, 14, 15
+EDGES = range(EDGE_U, RADIANCE)
+WIDTH = 16
+RECTANGLE, DISK, TRIANGLE = range(3)
+CODES = {"rectangle": RECTANGLE, "disk": DISK, "triangle": TRIANGLE}
+AREAS = {RECTANGLE: 1.0, DISK: math.pi, TRIANGLE: 0.5}  # of the image of unit edges at a right angle
+
+
+def edges(shape):
+    """Return a corner (of disks the middle) and two edges of a shape, in double precision."""
+    if shape.type == "rectangle":
+        return [c - 0.5 * (u + v) for c, u, v in zip(shape.center, shape.u, shape.v)], [*shape.u], [*shape.v]
+    if shape.type == "disk":
+        n = unit(shape.normal)
+        t = frame(n)[0]
+        return [*shape.center], [shape.radius * x for x in t], [shape.radius * x for x in cross(n, t)]
+    return [*shape.v0], subtract(shape.v1, shape.v0), subtract(shape.v2, shape.v0)
+
+
+def area(shape):
+    """Return the area of one side."""
+    _, u, v = edges(shape)
+    return AREAS[CODES[shape.type]] * length(cross(u, v))
+
+
+def pack(shape, twosided):
+    """Return the record of a shining shape."""
+    corner, u, v = edges(shape)
+    across = length(cross(u, v))
+    code = CODES[shape.type]
+    return [*corner, *u, *v, *shape.emission, 1 / (AREAS[code] * across), 1 / across, code, float(not twosided)]
+
+
+def features(records):
+    """Return the codes of the kinds among packed records, and whether some shine on one side, and some on both."""
+    sides = {record[ONE_SIDED] for record in records}
+    return frozenset(record[KIND] for record in records), 1.0 in sides, 0.0 in sides
+
+
+def estimate(shape, twosided, luminance):
+    """Return the values of the light's Estimate: at most pi times radiance, and nothing behind one-sided lights."""
+    corner, u, v = edges(shape)
+    reach = {"rectangle": 0.5, "disk": 0.0, "triangle": 1 / 3}[shape.type]
+    center = tuple(c + reach * (a + b) for c, a, b in zip(corner, u, v))
+    values = {"center": center, "strength": area(shape) * luminance, "least": area(shape) / math.pi}
+    return values if twosided else values | {"axis": tuple(unit(cross(u, v))), "gate": 0.0}
+
+
+def sample(row, p, u, u2, has):
+    """Return a point of the lane's emitter as a DirectSample; `has` is what `features` returned."""
+    kinds, one_sided, two_sided = has
+    place = _place(row, u2, kinds)
+    across = row.vector(EDGE_U), row.vector(EDGE_V)
+    q = dr.fma(across[0], place.x, dr.fma(across[1], place.y, row.vector(CORNER)))
+    both = row[ONE_SIDED] == 0 if one_sided and two_sided else Bool(two_sided)
+    normal = dr.cross(*across) * row[INVERSE_CROSS]
+    return towards(q, normal, p, row.vector(RADIANCE), row[INVERSE_AREA], both)
+
+
+def towards(q, normal, p, radiance, inverse_area, both):
+    """Return the DirectSample of a point q with a unit normal, one of many that lie evenly over an area.
+
+    `both` tells whether its back shines too.
+    """
+    to_light = q - p
+    distance = dr.norm(to_light)
+    wo = to_light * dr.rcp(greater(distance, TINY))
+    cosine = -dr.dot(normal, wo)
+    cosine = dr.select(both, abs(cosine), cosine)
+    shines = cosine > LEAST_COSINE
+    cosine = dr.select(shines, cosine, 1)
+    pdf_sa = dr.select(distance > TINY, area_pdf_sa(distance, cosine, inverse_area), 1)
+    return DirectSample(
+        wo, short_of(distance, p, cosine), dr.select(shines, radiance, Vector3f(0)), pdf_sa, Bool(False)
+    )
+
+
+def _place(row, u2, kinds):
+    """Return (a, b), even over each lane's kind of shape."""
+    maps = {RECTANGLE: lambda: Vector2f(u2), DISK: lambda: square_to_disk(u2), TRIANGLE: lambda: square_to_triangle(u2)}
+    (first, *others) = sorted(kinds)
+    place = maps[first]()
+    for kind in others:
+        place = dr.select(row[KIND] == Float(kind), maps[kind](), place)
+    return place

@@ -1,0 +1,51 @@
+"""Light from one point into a cone: full within the beam width, then falling linearly with the angle to the cutoff.
+
+Path-traced scenes get intensity / distance^2 from it, phong mode the intensity, both times this factor.
+"""
+
+import math
+
+import drjit as dr
+
+from renderer.core.backend import Bool, Float
+from renderer.core.numeric import TINY, greater, lesser
+from renderer.core.vectors import unit
+from renderer.lights.base import DirectSample, LightKind, LightSample, register
+
+POSITION, INTENSITY, DIRECTION, CUTOFF, INVERSE_WIDTH = 0, 3, 6, 9, 10  # cutoff in radians
+SHARPEST = 1e6  # per radian: a beam as wide as the cutoff has an edge
+BEAM = 0.75  # of the cutoff, where the file has no beamwidth
+
+
+def pack(light):
+    """Return position, intensity, unit direction, cutoff and the inverse of the angle over which it falls."""
+    cutoff = math.radians(light.cutoff)
+    width = cutoff - math.radians(BEAM * light.cutoff if light.beamwidth is None else light.beamwidth)
+    return [*light.position, *light.intensity, *unit(light.direction), cutoff, 1 / max(width, 1 / SHARPEST)]
+
+
+def sample(row, p, u2=None):
+    """Return the direction to the light and its intensity there."""
+    to_light = row.vector(POSITION) - p
+    distance = dr.norm(to_light)
+    wo = to_light * dr.rcp(greater(distance, TINY))
+    angle = dr.safe_acos(-dr.dot(wo, row.vector(DIRECTION)))
+    factor = lesser(greater((row[CUTOFF] - angle) * row[INVERSE_WIDTH], Float(0)), Float(1))
+    return LightSample(wo, distance, row.vector(INTENSITY) * factor)
+
+
+def direct(row, p, u, u2, has):
+    """Return the direction to the light and what arrives."""
+    light = sample(row, p)
+    falloff = dr.rcp(greater(dr.square(light.distance), TINY))
+    return DirectSample(light.wo, light.distance, light.radiance * falloff, Float(1), Bool(True))
+
+
+def estimate(light, luminance):
+    """Return the values of the light's Estimate."""
+    cutoff = math.cos(math.radians(light.cutoff))
+    axis = tuple(unit(light.direction))
+    return {"center": light.position, "strength": luminance, "least": TINY, "axis": axis, "gate": cutoff}
+
+
+register(LightKind("spot", pack, sample, direct, estimate))
