@@ -123,8 +123,7 @@ class PathTracer:
         if lighting.has_lights and scene.scattering.smooth:
             light = lighting.sample(surface.p, choices.x, draws.u2(dimension + ON_LIGHT))
             value, pdf_sa = look.evaluate(wi, look.frame.to_local(light.wo))
-            weight = dr.select(light.delta, Float(1), power_heuristic(light.pdf_sa, pdf_sa))
-            direct = path.throughput * value * light.radiance * (weight / greater(light.pdf_sa, Float(TINY)))
+            direct = path.throughput * value * light.radiance * (_light_share(light, pdf_sa) / greater(light.pdf_sa, Float(TINY)))
             vertex.direct = dr.select(active, direct, 0)
             vertex.towards_light, vertex.distance = leave(surface, hit.index, light.wo), light.distance
 
@@ -229,6 +228,11 @@ def _fresh(o, d):
 def _any(colour):
     """Return whether any channel is greater than 0; False for NaN."""
     return (colour.x > 0) | (colour.y > 0) | (colour.z > 0)
+
+
+def _light_share(light, bsdf_pdf_sa):
+    """Return the weight of light that was sampled, and that the BSDF might have found as well."""
+    return dr.select(light.delta, Float(1), power_heuristic(light.pdf_sa, bsdf_pdf_sa))
 
 
 def _weight(path, light_pdf_sa):
