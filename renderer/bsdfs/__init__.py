@@ -1,6 +1,6 @@
 """BSDF kinds, each in a module of its name; importing this package registers them all."""
 
-from renderer.bsdfs import diffuse
+from renderer.bsdfs import conductor, coursework, dielectric, diffuse, mirror, roughconductor
 from renderer.bsdfs.base import KINDS
 
-__all__ = ["KINDS", "diffuse"]
+__all__ = ["KINDS", "conductor", "coursework", "dielectric", "diffuse", "mirror", "roughconductor"]

@@ -1,0 +1,188 @@
+"""The coursework's material made physical: a Lambertian base, a normalised Blinn-Phong lobe, and a share of mirror or glass.
+
+f = (1 - rho) (kd Cd / pi + ks Cs N (n.h)^e) + rho times mirror, blurred mirror (GGX, F = 1) or smooth glass, with
+N = (e + 2) (e + 4) / (8 pi (2^(-e/2) + e)): the lobe's albedo is 1 at normal incidence and falls with the angle.
+kd and ks are divided by max(1, kd max Cd + ks max Cs), so that no energy is made; of textures, where they are met. rho is picked with probability rho,
+the lobe with its share of the weights, by half vectors of density (e + 1) / (2 pi) (n.h)^e.
+Both sides look alike but for glass, whose inside is at wi.z < 0.
+"""
+
+import math
+
+import drjit as dr
+
+from renderer.bsdfs import microfacet
+from renderer.bsdfs.base import BsdfKind, BsdfSample, register
+from renderer.core.backend import Bool, Float, Vector3f
+from renderer.core.fresnel import dielectric
+from renderer.core.numeric import TINY, greater
+
+# Diffuse colour; its factor kd (1 - rho) / pi; colour of the lobe with all its factors; exponents; rho; rho and the
+# probability of the lobe; factor of the diffuse density; of the lobe's; index and inverse; 1 for glass; of mirrors: alpha
+COLOUR, KD, LOBE, EXPONENT, INVERSE_EXPONENT, RHO, RHO_OR_LOBE, DIFFUSE_PDF, LOBE_PDF = 0, 3, 4, 7, 8, 9, 10, 11, 12
+ETA, INVERSE_ETA, IS_GLASS, ALPHA, KD_MADE, KS_MADE = 13, 14, 15, 16, 17, 18  # the last two: energy made if above 1
+DIFFUSE, HIGHLIGHT, MIRROR, BLURRED, GLASS = "diffuse", "highlight", "mirror", "blurred", "glass"  # features
+LIMITED = "limited"  # feature: kd and ks are divided by what depends on the texture
+
+
+def pack(material, outside):
+    """Return the columns of a Material without `bsdf`; the diffuse colour is black where a texture gives it."""
+    m, e, rho, has = material, material.specularexponent, _share(material), features(material)
+    brightest, limited = _brightest(m), LIMITED in has
+    limit = 1.0 if limited else 1 / max(1.0, m.kd * brightest + m.ks * max(m.specularcolor))
+    normalised = (e + 2) * (e + 4) / (8 * math.pi * (2 ** (-e / 2) + e))
+    lobe = m.ks * sum(m.specularcolor) / 3
+    base = m.kd * (sum(m.diffusecolor) / 3 if m.texture is None else brightest / 2)
+    chosen = (1 - rho) * lobe / (lobe + base) if lobe > 0 else 0.0
+    eta = m.refractiveindex / outside if GLASS in has else 1.0
+    return [
+        *(m.diffusecolor if m.texture is None else (0.0, 0.0, 0.0)), m.kd * limit * (1 - rho) / math.pi,
+        *(colour * m.ks * limit * (1 - rho) * normalised for colour in m.specularcolor), e, 1 / (e + 1),
+        rho, rho + chosen, (1 - rho - chosen) / math.pi, chosen * (e + 1) / (4 * math.pi),
+        eta, 1 / eta, float(GLASS in has), m.roughness if BLURRED in has else microfacet.SMOOTH,
+        m.kd if limited else 0.0, m.ks * max(m.specularcolor) if limited else 0.0,
+    ]  # fmt: skip
+
+
+def features(material):
+    """Return which of the parts an instance has."""
+    m, rho = material, _share(material)
+    diffuse = rho < 1 and m.kd * _brightest(m) > 0
+    highlight = rho < 1 and m.ks * max(m.specularcolor) > 0
+    mirror = rho > 0 and not m.isrefractive
+    is_blurred = mirror and m.roughness >= microfacet.ALPHA_MIN
+    parts = {DIFFUSE: diffuse, HIGHLIGHT: highlight, MIRROR: mirror and not is_blurred, BLURRED: is_blurred,
+             GLASS: rho > 0 and m.isrefractive,
+             LIMITED: diffuse and m.texture is not None and m.kd * _brightest(m) + m.ks * max(m.specularcolor) > 1}
+    return tuple(name for name, there in parts.items() if there)
+
+
+def smooth(material):
+    """Return whether there is more than mirror and glass."""
+    return bool({DIFFUSE, HIGHLIGHT, BLURRED}.intersection(features(material)))
+
+
+def sample(p, wi, u, u2, has):
+    """Return a direction of one of the parts; the density is that of all parts that are not delta."""
+    turned = _turned(wi, wi)
+    wo, delta = _not_delta(p, turned, u, u2, has), Bool(False)
+    value, pdf_sa = _evaluate(p, turned, wo, has)
+    valid = (turned.z > 0) & (wo.z > 0) & (pdf_sa > 0)
+    weight, eta = value / dr.select(valid, pdf_sa, 1), Float(1)
+    wo = _turned(wo, wi)
+    if MIRROR in has or GLASS in has:
+        delta = u < p[RHO]
+        if BLURRED in has:
+            delta = delta & (p[ALPHA] < 0)
+        ideal = _delta(p, wi, u, has)
+        wo, eta = dr.select(delta, ideal.wo, wo), dr.select(delta, ideal.eta, eta)
+        weight, pdf_sa = dr.select(delta, ideal.weight, weight), dr.select(delta, 0, pdf_sa)
+        valid = dr.select(delta, turned.z > 0, valid)
+    return BsdfSample(wo, dr.select(valid, weight, 0), dr.select(valid, pdf_sa, 0), delta & valid, eta)
+
+
+def evaluate(p, wi, wo, has):
+    """Return value and density of all parts that are not delta; 0 unless both directions are on the same side."""
+    wo, wi = _turned(wo, wi), _turned(wi, wi)
+    value, pdf_sa = _evaluate(p, wi, wo, has)
+    valid = (wi.z > 0) & (wo.z > 0)
+    return dr.select(valid, value, 0), dr.select(valid, pdf_sa, 0)
+
+
+def albedo(p):
+    """Return the diffuse colour."""
+    return p.vector(COLOUR)
+
+
+def _share(material):
+    """Return rho, the share of mirror or glass."""
+    return material.reflectivity if material.isreflective or material.isrefractive else 0.0
+
+
+def _brightest(material):
+    """Return the greatest diffuse component that can be."""
+    if material.texture is None:
+        return max(material.diffusecolor)
+    return 1.0 if isinstance(material.texture, str) else max(*material.texture.color1, *material.texture.color2)
+
+
+def _turned(w, wi):
+    """Return w in the frame that is turned to wi."""
+    return Vector3f(w.x, w.y, dr.select(wi.z < 0, -w.z, w.z))
+
+
+def _not_delta(p, wi, u, u2, has):
+    """Return a direction of base, lobe or blurred mirror, which have the azimuth's sine and cosine in common."""
+    sin_phi, cos_phi = dr.sincos(u2.x * (2 * math.pi))
+    cos, sin = dr.sqrt(1 - u2.y), dr.sqrt(u2.y)  # of a cosine-weighted hemisphere
+    if HIGHLIGHT not in has:
+        wo = Vector3f(sin * cos_phi, sin * sin_phi, cos)
+    else:
+        cos_h = dr.exp2(dr.log2(1 - u2.y) * p[INVERSE_EXPONENT])
+        sin_h = dr.sqrt(1 - dr.square(cos_h))
+        wo = h = Vector3f(sin_h * cos_phi, sin_h * sin_phi, cos_h)
+        lobe = Bool(True)
+        if DIFFUSE in has:
+            lobe = u < p[RHO_OR_LOBE]
+            wo = Vector3f(dr.select(lobe, sin_h, sin) * cos_phi, dr.select(lobe, sin_h, sin) * sin_phi,
+                          dr.select(lobe, cos_h, cos))  # fmt: skip
+        wo = dr.select(lobe, dr.fma(h, 2 * dr.dot(wi, h), -wi), wo)
+    if BLURRED in has:
+        blurred = microfacet.reflect(wi, _ggx(p).sample(wi, u2))
+        wo = dr.select((u < p[RHO]) & (p[ALPHA] > 0), blurred, wo)
+    return wo
+
+
+def _evaluate(p, wi, wo, has):
+    """Return value and density of what is not delta, for directions above the surface."""
+    value, pdf_sa = Vector3f(0), Float(0)
+    cosine = wo.z / _limit(p) if LIMITED in has else wo.z
+    if DIFFUSE in has:
+        value, pdf_sa = p.vector(COLOUR) * (p[KD] * cosine), p[DIFFUSE_PDF] * wo.z
+    if not {HIGHLIGHT, BLURRED}.intersection(has):
+        return value, pdf_sa
+    h = wi + wo
+    inverse = dr.rsqrt(dr.squared_norm(h) + TINY)
+    if HIGHLIGHT in has:
+        power = dr.exp2(dr.log2(dr.select(h.z > 0, h.z, 1) * inverse) * p[EXPONENT])
+        value = value + p.vector(LOBE) * (power * cosine)
+        pdf_sa = pdf_sa + p[LOBE_PDF] * power * inverse
+    if BLURRED in has:
+        ggx = _ggx(p)
+        density = dr.select(p[ALPHA] > 0, p[RHO] * ggx.density(h) * ggx.visibility(wi) * 0.25, 0)
+        value = value + density * ggx.visibility(wo) * wo.z
+        pdf_sa = pdf_sa + density
+    return value, pdf_sa
+
+
+def _limit(p):
+    """Return by what kd and ks are divided."""
+    colour = p.vector(COLOUR)
+    return greater(dr.fma(p[KD_MADE], greater(greater(colour.x, colour.y), colour.z), p[KS_MADE]), Float(1))
+
+
+def _ggx(p):
+    """Return the distribution of the blurred mirror's normals."""
+    alpha = abs(p[ALPHA])  # 1 in lanes without
+    return microfacet.Ggx(alpha, alpha)
+
+
+def _delta(p, wi, u, has):
+    """Return the mirrored or refracted direction, in the frame that is not turned."""
+    wo, weight, eta = Vector3f(-wi.x, -wi.y, wi.z), Float(1), Float(1)
+    if GLASS in has:
+        outside = wi.z > 0
+        index, inverse = dr.select(outside, p[ETA], p[INVERSE_ETA]), dr.select(outside, p[INVERSE_ETA], p[ETA])
+        reflectance, cos_t = dielectric(abs(wi.z), index)
+        through = u >= reflectance * p[RHO]
+        if MIRROR in has:
+            through = through & (p[IS_GLASS] > 0)
+        refracted = Vector3f(-wi.x * inverse, -wi.y * inverse, dr.select(outside, -cos_t, cos_t))
+        wo = dr.select(through, refracted, wo)
+        weight, eta = dr.select(through, dr.square(inverse), 1), dr.select(through, index, 1)
+    return BsdfSample(wo, Vector3f(weight), Float(0), Bool(True), eta)
+
+
+register(BsdfKind(
+    "coursework", pack, sample, evaluate, albedo, features, smooth, transmits=True, textured={"texture": (COLOUR, 3)}
+))  # fmt: skip
