@@ -194,7 +194,7 @@ import renderer.engine.render
     ("renderer.core.frame", "from renderer.io import image", "level 0 to 1"),
     ("renderer.io.image", "from renderer.textures import bitmap", "level 1 to 1"),
     ("renderer.shapes.box", "from renderer.lights.base import LightSample", "level 2 to 3"),
-    ("renderer.cameras.pinhole", "from renderer.samplers.r2 import R2", "level 2 to 2"),
+    ("renderer.cameras.pinhole", "from renderer.samplers.sobol import Sobol", "level 2 to 2"),
     ("renderer.integrators.phong", "def late():\n    from renderer.engine import loop", "level 5 to 6"),
     ("renderer.scene.checks", "from renderer import cli", "level 4 to 7"),
     ("renderer.scene.checks", "from ..engine import loop", "level 4 to 6"),
