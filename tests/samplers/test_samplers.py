@@ -1,5 +1,7 @@
 """What samplers promise: numbers in [0, 1), evenly distributed, without relation between pixels and dimensions."""
 
+import math
+
 import drjit as dr
 import numpy as np
 import pytest
@@ -149,3 +151,10 @@ def test_sobol_without_its_shuffle_would_be_noticed(monkeypatch):
     shuffled = sobol.Sobol._first
     monkeypatch.setattr(sobol.Sobol, "_first", copied)
     assert errors(sobol.Sobol, across, 64) > 2 * errors(KINDS["independent"], across, 64)
+
+
+def test_second_coordinate_has_the_pascal_matrix():
+    """Entry (i, j) is binomial(j, i) modulo 2, for all 32 bits."""
+    columns = sobol._pascal(UInt32([1 << (31 - j) for j in range(32)])).numpy()
+    expected = [sum(math.comb(j, i) % 2 << (31 - i) for i in range(32)) for j in range(32)]
+    assert list(columns) == expected
