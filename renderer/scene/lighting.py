@@ -11,13 +11,16 @@ from dataclasses import dataclass
 
 import drjit as dr
 
-from renderer.core.backend import Float, UInt32, Vector3f
+from renderer.core.backend import Bool, Float, Vector3f
+from renderer.core.errors import SceneError
 from renderer.core.numeric import TINY
-from renderer.core.rows import SELECT_LIMIT, Rows
+from renderer.core.rows import Rows
 from renderer.core.vectors import cross, unit
+from renderer.io.image import read_environment
 from renderer.lights import KINDS, sheet, sphere
 from renderer.lights.base import area_pdf_sa
 from renderer.lights.choice import Estimate, FewLights
+from renderer.lights.environment import Environment
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear sRGB [ITU-R BT.709]
 BOTH_SIDES = ("rectangle", "disk", "triangle")  # shapes that shine on both
@@ -48,6 +51,19 @@ class LightRows:
         return self.rows.count
 
 
+@dataclass
+class Surroundings:
+    """An environment image as a light."""
+
+    image: Environment
+    first: int
+    count: int = 1
+
+    def direct(self, chosen, p, u2):
+        """Return a DirectSample for each lane."""
+        return self.image.sample(chosen.u, u2)
+
+
 @dataclass(frozen=True)
 class Emitter:
     """A shape that shines. Host."""
@@ -61,9 +77,15 @@ class Emitter:
 class Lighting:
     """See the module docstring."""
 
-    def __init__(self, lights, emitters, backgroundcolor):
-        """Hold lights of the file that rays cannot hit, Emitters, and a constant colour."""
+    def __init__(self, lights, emitters, backgroundcolor, environment=None):
+        """Hold lights of the file that rays cannot hit, Emitters, and a constant colour or an Environment for it."""
         self._groups, estimates, self._numbers = _groups(lights, emitters)
+        self._environment, self._environment_number = environment, None
+        if environment is not None and environment.shines:
+            self._environment_number = len(estimates)
+            self._groups.append(Surroundings(environment, len(estimates)))
+            # half of what comes from everywhere together: a surface sees half of it, but mostly turned to the brightest
+            estimates.append(Estimate(constant=2 * math.pi * environment.mean))
         self._choice = FewLights(estimates) if estimates else None
         self._shapes = [emitter.shape_index for emitter in emitters]
         records = [_emitter_record(emitter) for emitter in emitters]
@@ -74,7 +96,7 @@ class Lighting:
         self._world = Rows([backgroundcolor])
         self.has_lights = self._choice is not None
         self.has_emitters = bool(emitters)
-        self.has_background = any(backgroundcolor)
+        self.has_background = any(backgroundcolor) if environment is None else environment.shines
 
     @classmethod
     def of(cls, loaded, shapes, triangles):
@@ -88,7 +110,7 @@ class Lighting:
                 emitters.append(Emitter(number, shape, twosided, _area(shape)))
         lights = [light for light in world.lightsources if light.type in KINDS and any(light.intensity)]
         lights = [light for light in lights if KINDS[light.type].direct]
-        return cls(lights, emitters, world.backgroundcolor)
+        return cls(lights, emitters, world.backgroundcolor, environment_of(loaded))
 
     def sample(self, p, u, u2):
         """Return a DirectSample for each point p; its pdf_sa includes the probability of choosing the light."""
@@ -133,7 +155,24 @@ class Lighting:
 
     def background(self, o, d):
         """Return the radiance of what is infinitely far away in a direction, and the density of `sample` for it."""
-        return self._world[0].vector(0), Float(0)
+        if self._environment is None:
+            return self._world[0].vector(0), Float(0)
+        radiance, pdf_sa = self._environment.radiance(d)
+        masks = [None] * self._choice.count
+        masks[self._environment_number] = Bool(True)
+        return radiance, pdf_sa * self._choice.probability(o, masks)
+
+
+def environment_of(loaded):
+    """Return the Environment of a LoadedScene, None if it has none; raises SceneError if its image cannot be read."""
+    for index, light in enumerate(loaded.description.scene.lightsources):
+        if light.type == "environment":
+            try:
+                pixels = read_environment(loaded.resolve(light.filename))
+            except SceneError as error:
+                raise loaded.refused(error, "scene", "lightsources", index, "filename") from error
+            return Environment(pixels, light.intensity, light.rotation)
+    return None
 
 
 def _area(shape):
