@@ -1,0 +1,110 @@
+"""Both sides of a comparison of path-traced pictures: batches of ours, batches of Mitsuba's, and small scenes for them."""
+
+from __future__ import annotations
+
+import functools
+import json
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from converters import mitsuba as export
+from renderer.core.backend import Float, UInt32
+from renderer.engine.film import Film
+from renderer.engine.loop import pixel_corner, sample_pixels
+from renderer.integrators import INTEGRATORS
+from renderer.samplers import KINDS as SAMPLERS
+from renderer.scene.arrange import AUTO
+from renderer.scene.loader import load
+from renderer.scene.paths import compile_paths
+from renderer.scene.tables import compile_camera
+from tests.support.documents import changed
+from tests.support.stats import LEAST_BATCHES, compare, demand_equal
+
+SIZE = 48, 32
+CAMERA = {"type": "pinhole", "width": SIZE[0], "height": SIZE[1], "position": [0.4, 0.9, -4.0],
+          "lookAt": [0.05, 0.1, 0.0], "upVector": [0.0, 1.0, 0.0], "fov": 34.0}
+OUR_SEED, THEIR_SEED = 1, 1000  # of Mitsuba's batches the first
+
+
+def scene(*shapes, lights=(), camera=None, bounces=4, sampler="independent", **settings):
+    """Return a document of mode `pathtracer`; keys of the scene itself, as `background`, come before those of the file."""
+    world = {"backgroundcolor": settings.pop("background", [0.0, 0.0, 0.0]), "lightsources": list(lights),
+             "shapes": list(shapes)}
+    return {"nbounces": bounces, "rendermode": "pathtracer", "sampler": sampler, **settings,
+            "camera": {**CAMERA, **(camera or {})}, "scene": world}
+
+
+def ours(loaded, samples, batches=LEAST_BATCHES):
+    """Return (batches, H, W, 3) independent pictures of so many samples a pixel.
+
+    They are rendered at once, as one tall picture whose rows repeat: lanes draw by their own number.
+    """
+    description = loaded.description
+    width, height = description.camera.width, description.camera.height
+    integrator = INTEGRATORS[description.rendermode](compile_paths(loaded, AUTO), description.nbounces)
+    lane = dr.arange(UInt32, batches * width * height)
+    corner = pixel_corner(lane, dr.opaque(UInt32, width))
+    corner.y -= height * dr.floor((corner.y + 0.5) / Float(height))
+    sampler = SAMPLERS[description.sampler](lane, dr.opaque(UInt32, OUR_SEED))
+    film = Film.empty(len(lane), False)
+    film = sample_pixels(integrator, compile_camera(description.camera), sampler, corner, film,
+                         dr.opaque(UInt32, 0), dr.opaque(UInt32, samples), False)
+    colour = film.mean(samples)
+    return np.stack([c.numpy() for c in colour], axis=-1).reshape(batches, height, width, 3).astype(np.float64)
+
+
+def theirs(loaded, samples, batches=LEAST_BATCHES):
+    """Return (batches, H, W, 3) pictures of Mitsuba's path integrator."""
+    whole = mi.load_dict(export.to_dict(loaded, exact=True))
+    return np.array([mi.render(whole, spp=samples, seed=THEIR_SEED + k).numpy() for k in range(batches)], np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One feature: a scene, and one thing in it that is a little wrong on our side only."""
+
+    document: dict
+    path: str  # of the key that is changed, see documents.changed
+    value: object  # or a function of the old one
+    samples: int = 64  # a pixel and batch
+    files: tuple = ()  # functions that write a file into a folder
+
+
+class Judge:
+    """Renders the cases of a module in one folder; Mitsuba's side of a case and its twin is rendered once."""
+
+    def __init__(self, folder):
+        self._folder = folder
+
+    def load(self, case, document):
+        """Return a document loaded."""
+        for write in case.files:
+            write(self._folder)
+        path = self._folder / "scene.json"
+        path.write_text(json.dumps(document))
+        return load(path)
+
+    def agree(self, case):
+        """Demand that our picture has Mitsuba's expectation; return the Verdict."""
+        right = self.load(case, case.document)
+        assert not right.warnings, right.warnings
+        return demand_equal(ours(right, case.samples), self.reference(case))
+
+    def refuse(self, case):
+        """Demand that the changed scene is told from Mitsuba's right one."""
+        wrong = self.load(case, changed(case.document, case.path, case.value))
+        verdict = compare(ours(wrong, case.samples), self.reference(case))
+        assert verdict.refused, verdict
+
+    @functools.lru_cache(maxsize=4)
+    def reference(self, case):
+        """Return Mitsuba's batches."""
+        return theirs(self.load(case, case.document), case.samples)
+
+
+def times(factor):
+    """Return a function that scales a number or a vector."""
+    return lambda old: [factor * x for x in old] if isinstance(old, (list, tuple)) else factor * old
