@@ -5,7 +5,7 @@ Sources of the models are given where lanes evaluate them, in `renderer/bsdfs`.
 
 from __future__ import annotations
 
-from renderer.scene.composed import OneOf, Record
+from renderer.scene.composed import OneOf, Record, Texturable
 from renderer.scene.nodes import Node, key, node
 from renderer.scene.quantities import (
     COLOUR, FRACTION, LENGTH, NON_NEGATIVE, POSITIVE, REAL, REFLECTANCE, TEXTURABLE_FRACTION, TEXTURABLE_REFLECTANCE,
@@ -120,6 +120,9 @@ class Principled(Node):
 
 
 BSDF_RECORDS = (Diffuse, Mirror, Conductor, RoughConductor, Dielectric, RoughDielectric, Plastic, Principled)
+TEXTURABLE_KEYS = {
+    made: [name for name, key in made.keys.items() if isinstance(key.kind, Texturable)] for made in BSDF_RECORDS
+}
 BSDF = OneOf("bsdf", {made.__name__.lower(): Record(made) for made in BSDF_RECORDS})
 
 
@@ -170,3 +173,13 @@ class Material(Node):
 
 MATERIAL = Record(Material, shared=True)
 PLAIN = Material()
+
+
+def textures_of(material, paths):
+    """Return [(keys below the material, file name or Checkerboard)] of what textures count; `paths`: mode pathtracer."""
+    found = [(("texture",), material.texture)] if not paths or material.bsdf is None else [
+        (("bsdf", name), getattr(material.bsdf, name)) for name in TEXTURABLE_KEYS[type(material.bsdf)]
+    ]
+    if paths:
+        found += [((name,), getattr(material, name)) for name in ("normalmap", "bumpmap")]
+    return [(path, source) for path, source in found if isinstance(source, (str, Checkerboard))]

@@ -1,0 +1,151 @@
+"""Textures of path-traced scenes: whatever parameter they give, of whichever record, at each lane's point.
+
+All images of a scene lie in one atlas. A `Slot` is one parameter of a list of records, textured in some of them; its
+kernel contains the lookups that these need. Colours are decoded from sRGB, numbers and normals are not.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+
+import drjit as dr
+
+from renderer.core.backend import Float, UInt32, Vector2f
+from renderer.core.errors import SceneError
+from renderer.core.rows import Rows
+from renderer.io.image import read_texture
+from renderer.scene.materials import textures_of
+from renderer.textures import bitmap
+from renderer.textures.checkerboard import Checkerboards
+
+LOOKUP, SCALE_U, SCALE_V = 3, 4, 5  # columns of a slot's records, after the three of the texture's own
+PLAIN = (0, 0, 0, 0, 0, 0)
+COLOUR, NUMBER, NORMAL = bitmap.decoded, bitmap.number, bitmap.as_written  # forms of a texture's values
+BOARD = "checkerboard"
+
+
+class Use(NamedTuple):
+    """A texture and how it lies on a surface; uses that are equal look alike."""
+
+    source: object  # file name or Checkerboard
+    filter: str
+    wrap: str
+    scale_u: float
+    scale_v: float
+
+
+def use_of(material, record, key):
+    """Return the Use of the texture that a key of a Material or of its BSDF `record` names, None where there is none."""
+    source = getattr(record, key)
+    if not isinstance(source, str) and getattr(source, "type", None) != BOARD:
+        return None
+    squares = 1.0 if isinstance(source, str) else source.scale
+    return Use(source, material.texturefilter, material.texturewrap, material.scaleU * squares, material.scaleV * squares)
+
+
+class Texturing:
+    """The textures of a scene."""
+
+    def __init__(self, loaded, ordered):
+        """Read the images that the materials of [(index in the file, shape)] name.
+
+        Raises: SceneError with the place in the scene of a file that cannot be used.
+        """
+        self._images, self._boards = {}, {}
+        for index, shape in ordered:
+            for path, source in textures_of(shape.material, paths=True):
+                if not isinstance(source, str):
+                    self._boards.setdefault(source, len(self._boards))
+                elif source not in self._images:
+                    self._images[source] = _read(loaded, source, ("scene", "shapes", index, "material", *path))
+        self._atlas = bitmap.Atlas(self._images.values()) if self._images else None
+        self._places = dict(zip(self._images, self._atlas.offsets)) if self._images else {}
+        self._checkerboards = Checkerboards(self._boards) if self._boards else None
+
+    def slot(self, uses, form):
+        """Return the Slot of one Use or None for each record, None where all are; `form` is one of those above."""
+        if not any(uses):
+            return None
+        kinds = list(dict.fromkeys(_lookup_of(use) for use in uses if use))
+        lookups = [self._lookup(kind, form) for kind in kinds]
+        return Slot(self._rows(uses, kinds), lookups, all(uses))
+
+    def heights(self, uses):
+        """Return the Slot of bump maps, whose values are the slopes (Vector2f) of numbers along u and v."""
+        if not any(uses):
+            return None
+        kinds = list(dict.fromkeys(use.wrap for use in uses if use))
+        rows = self._rows([use and use._replace(filter=None) for use in uses], [(None, wrap) for wrap in kinds])
+        return Slot(rows, [_chained(self._atlas.slope(wrap)) for wrap in kinds], all(uses))
+
+    def _rows(self, uses, kinds):
+        return Rows([self._record(use, kinds) if use else PLAIN for use in uses], UInt32)
+
+    def _record(self, use, kinds):
+        if isinstance(use.source, str):
+            image = self._images[use.source]
+            own = self._places[use.source], image.width, image.height
+        else:
+            own = self._boards[use.source], 0, 0
+        return *own, 1 + kinds.index(_lookup_of(use)), _bits(use.scale_u), _bits(use.scale_v)
+
+    def _lookup(self, kind, form):
+        """Return the function (row, uv, active) of one kind of lookup."""
+        if kind != BOARD:
+            return _scaled(self._atlas.sampler(*kind, form))
+        sample = self._checkerboards.sample
+        return _scaled((lambda row, uv, active: sample(row, uv, active).x) if form is NUMBER else sample)
+
+
+class Slot:
+    """One parameter of many records; `rows` has a record for each of them."""
+
+    def __init__(self, rows, lookups, everywhere):
+        self.rows, self._lookups, self._everywhere = rows, lookups, everywhere
+
+    def value(self, row, uv, active, plain):
+        """Return the value at texture coordinates, `plain` where the lane's record (a row of `rows`) has no texture."""
+        if self._everywhere and len(self._lookups) == 1:
+            return self._lookups[0](row, uv, active)
+        for number, lookup in enumerate(self._lookups, start=1):
+            here = active & (row[LOOKUP] == number)
+            plain = dr.select(here, lookup(row, uv, here), plain)
+        return plain
+
+
+def _lookup_of(use):
+    """Return which lookup a use needs: filter and wrap, or the checkerboard's."""
+    return (use.filter, use.wrap) if isinstance(use.source, str) else BOARD
+
+
+def _bits(value):
+    """Return the bits of a number as float32."""
+    return struct.unpack("I", struct.pack("f", value))[0]
+
+
+def _scale(row):
+    return Vector2f(*(dr.reinterpret_array(Float, row[column]) for column in (SCALE_U, SCALE_V)))
+
+
+def _scaled(lookup):
+    """Return a lookup that repeats the texture as its record says."""
+    return lambda row, uv, active: lookup(row, uv * _scale(row), active)
+
+
+def _chained(slope):
+    """Return the same for slopes, which grow with the repetitions."""
+
+    def sample(row, uv, active):
+        scale = _scale(row)
+        return slope(row, uv * scale, active) * scale
+
+    return sample
+
+
+def _read(loaded, filename, path):
+    """Return the Image in a texture file, which is named at `path`."""
+    try:
+        return bitmap.Image(*read_texture(loaded.resolve(filename)))
+    except SceneError as error:
+        raise loaded.refused(error, *path) from error
