@@ -1,24 +1,63 @@
-"""What a camera kind provides, and the registry that finds it by its name in the scene file."""
+"""What a camera kind provides, the registry that finds it by its name in the scene file, and what the kinds share.
+
+The picture's x axis is unit(upVector x forward), its y axis runs down; the field of view is vertical. A direction
+through the picture is corner + x * step_x + y * step_y, 1 along forward: the three vectors are combined once, in
+double precision.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import drjit as dr
+
 from renderer.core.registry import Registry
+from renderer.core.vectors import cross, subtract, unit
+
+POSITION, CORNER, STEP_X, STEP_Y = 0, 3, 6, 9  # columns of every record
+END = 12  # of the columns above; a kind's own follow
 
 
 @dataclass(frozen=True)
 class CameraKind:
-    """`pack(camera)` returns its record on the host; `ray(row, position)` returns origins and unit directions.
+    """`pack(camera)` returns its record on the host; `ray(row, position, u2)` returns origins and unit directions.
 
-    `position` is the point on the picture in pixels, from the top left corner, in lanes.
+    `position` is the point on the picture in pixels, from the top left corner, in lanes. `u2` is a pair of numbers in
+    [0, 1) that chooses the point on the lens; absent, it is the lens's middle. Without `has_lens` it is never given.
     """
 
     name: str
     pack: Callable
     ray: Callable
+    has_lens: bool = False
 
 
 KINDS = Registry()
 register = KINDS.register
+
+
+def axes(camera):
+    """Return the unit vectors forward, right and up of the picture."""
+    forward = unit(subtract(camera.lookAt, camera.position))
+    right = unit(cross(camera.upVector, forward))
+    return forward, right, cross(forward, right)
+
+
+def pack_view(camera):
+    """Return position, direction through the top left corner of the picture, and the steps of one pixel."""
+    forward, right, up = axes(camera)
+    step = 2 * math.tan(math.radians(camera.fov) / 2) / camera.height
+    step_x = [step * component for component in right]
+    step_y = [-step * component for component in up]
+    corner = [
+        f - 0.5 * camera.width * x - 0.5 * camera.height * y for f, x, y in zip(forward, step_x, step_y)
+    ]
+    return [*camera.position, *corner, *step_x, *step_y]
+
+
+def direction(row, position):
+    """Return the direction through `position`, as long as it takes to be 1 along forward."""
+    through = dr.fma(row.vector(STEP_X), position.x, row.vector(CORNER))
+    return dr.fma(row.vector(STEP_Y), position.y, through)

@@ -7,7 +7,7 @@ the longest path among them. The image stays in registers, and memory does not d
 import drjit as dr
 
 from renderer.core.backend import Float, Float64, UInt32, Vector2f, Vector3f
-from renderer.samplers.base import PIXEL, Draws
+from renderer.samplers.base import LENS, PIXEL, Draws
 
 
 def pixel_corner(pixel, width):
@@ -22,14 +22,16 @@ def pixel_corner(pixel, width):
 def sample_pixels(integrator, camera, sampler, corner, film, first, end, centred=False):
     """Return the Film (one lane a pixel) with the samples from `first` up to `end`, added in their order.
 
-    `centred` sends every ray through the middle of its pixel; `first` and `end` are opaque UInt32.
+    `centred` sends every ray through the middle of its pixel and of the lens; `first` and `end` are opaque UInt32.
     """
     kind, camera_row = camera
     lanes = dr.width(corner)
 
     def camera_ray(sample):
-        offset = Vector2f(0.5) if centred else sampler.u2(sample, PIXEL)
-        return kind.ray(camera_row, corner + offset)
+        if centred:
+            return kind.ray(camera_row, corner + Vector2f(0.5))
+        position = corner + sampler.u2(sample, PIXEL)
+        return kind.ray(camera_row, position, sampler.u2(sample, LENS) if kind.has_lens else None)
 
     sample = first + dr.zeros(UInt32, lanes)
     path = integrator.restart(integrator.start(lanes), True, *camera_ray(sample))

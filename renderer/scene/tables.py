@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from renderer.cameras import KINDS as CAMERAS
+from renderer.cameras import kind_of
 from renderer.core.backend import UInt32
 from renderer.core.errors import SceneError
 from renderer.core.rows import SELECT_LIMIT, Rows
@@ -46,7 +46,7 @@ def compile_scene(loaded, accel=AUTO):
 
 def compile_camera(description):
     """Return the kind of the camera and its record."""
-    kind = CAMERAS[description.type]
+    kind = kind_of(description)
     return kind, Rows([kind.pack(description)])[0]
 
 
