@@ -56,7 +56,7 @@ def distribution(p, alpha_column, has):
 
 def reflect(wi, h):
     """Return the mirror direction of wi at a normal of any length."""
-    return dr.fma(h, 2 * dr.dot(wi, h) / dr.squared_norm(h), -wi)
+    return dr.fma(h, 2 * dr.dot(wi, h) / away_from_zero(dr.squared_norm(h)), -wi)
 
 
 class Ggx:
@@ -91,7 +91,7 @@ class Ggx:
         tail of normals far from z.
         """
         scale = dr.rcp(self._length(wi))
-        x, y, z = self._ax * wi.x * scale, self._ay * wi.y * scale, wi.z * scale
+        x, y, z = self._ax * wi.x * scale, self._ay * wi.y * scale, abs(wi.z) * scale
         height = (1 - u2.y) * (1 + z)  # of the cap's point over -z
         sin = dr.sqrt((1 + z) * u2.y * (height + greater(1 - z, Float(0))))
         sin_phi, cos_phi = dr.sincos(u2.x * (2 * math.pi))
@@ -124,10 +124,10 @@ class Beckmann:
 
         Slopes along wi are sought in the domain of erf, those across are Gaussian.
         """
-        stretched = Vector3f(self._alpha * wi.x, self._alpha * wi.y, wi.z)
+        stretched = Vector3f(self._alpha * wi.x, self._alpha * wi.y, abs(wi.z))  # finite also where wi.z < 0
         sin2 = dr.square(stretched.x) + dr.square(stretched.y)
         over_sin = dr.rsqrt(sin2 + TINY)
-        cot, tan = stretched.z * over_sin, dr.sqrt(sin2) / stretched.z
+        cot, tan = stretched.z * over_sin, dr.sqrt(sin2) / away_from_zero(stretched.z)
         along = _beckmann_slope(cot, tan, greater(lesser(u2.x, Float(1 - BECKMANN_U_MIN)), Float(BECKMANN_U_MIN)))
         across = dr.erfinv(dr.fma(greater(lesser(u2.y, Float(1 - BECKMANN_U_MIN)), Float(BECKMANN_U_MIN)), 2, -1))
         upright = sin2 < TINY  # no direction to turn to
