@@ -52,6 +52,8 @@ class Surface:
     n_geo: Vector3f  # unit, outwards
     uv: Vector2f | None = None  # None where nobody asked
     n_smooth: Vector3f | None = None  # unit, interpolated over a mesh; None where the scene has none of that
+    dp_du: Vector3f | None = None  # derivatives of the point by uv, of any length but along it; None where nobody asked
+    dp_dv: Vector3f | None = None
     rounding: Float | None = None  # how far p may lie off a flat surface, scene units; None for 0 everywhere
 
     @property

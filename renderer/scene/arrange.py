@@ -6,6 +6,7 @@ through a hierarchy. Meshes, and many shapes, go into a structure together, what
 
 from renderer.core import rows
 from renderer.core.rows import Rows
+from renderer.scene import schema
 from renderer.scene.geometry import TRIANGLES, ShapeGroup
 from renderer.shapes import KINDS
 
@@ -38,8 +39,9 @@ def arrange(loaded, accel):
     if first_triangle < len(shapes):
         from renderer.scene.meshes import read_meshes, triangles as gather  # brings numpy
 
-        uv_shown = loaded.description.rendermode == "uv"
-        triangles = gather(shapes[first_triangle:], read_meshes(loaded, meshes), first_triangle, uv_shown)
+        mode = loaded.description.rendermode
+        files = read_meshes(loaded, meshes)
+        triangles = gather(shapes[first_triangle:], files, first_triangle, mode == "uv", mode == schema.PATHTRACER)
     if triangles or any(group.code for group in groups):
         from renderer.scene.structures import structure_over  # small scenes start faster without
 

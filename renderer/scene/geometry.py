@@ -147,25 +147,28 @@ class Geometry:
 
         return test
 
-    def surface(self, ray, hit, with_uv):
-        """Return the point, the outward normal and, if asked, the texture coordinates of each hit."""
+    def surface(self, ray, hit, with_uv, with_tangents=False):
+        """Return the point, the outward normal and, if asked, texture coordinates and their tangents of each hit."""
         # lanes without a hit stay at the origin: their FAR squared would overflow to infinity
         p = dr.fma(ray.d, dr.select(hit.valid, hit.t, 0), ray.o)
         results = []
         if self.triangles:
             here = self.triangles.hold(hit.index)
-            results.append((here, self.triangles.surface(ray, hit.index, here, with_uv)))
+            results.append((here, self.triangles.surface(ray, hit.index, here, with_uv, with_tangents)))
         for group in self.shapes:
             here = group.holds(hit.index)
             row = group.rows.row(hit.index - group.first, here)
             found = group.kind.surface(row, p)
             if with_uv:
                 found.uv = group.kind.texture_coordinates(row, found)
+            if with_tangents:
+                found.dp_du, found.dp_dv = group.kind.tangents(row, found)
             if self.triangles:
                 found.n_smooth, found.rounding = found.n_geo, Float(0)
             results.append((here, found))
         if not results:
-            return Surface(p, Vector3f(0, 0, 1), Vector2f(0) if with_uv else None)
+            tangents = (Vector3f(1, 0, 0), Vector3f(0, 1, 0)) if with_tangents else (None, None)
+            return Surface(p, Vector3f(0, 0, 1), Vector2f(0) if with_uv else None, None, *tangents)
         result = results[0][1]
         for here, found in results[1:]:
             result = dr.select(here, found, result)

@@ -183,3 +183,9 @@ def textures_of(material, paths):
     if paths:
         found += [((name,), getattr(material, name)) for name in ("normalmap", "bumpmap")]
     return [(path, source) for path, source in found if isinstance(source, (str, Checkerboard))]
+
+
+def uses_uv(material, paths):
+    """Return whether the texture coordinates of a shape count for how it looks; `paths`: mode pathtracer."""
+    stretched = paths and getattr(material.bsdf, "anisotropic", 0) > 0
+    return stretched or bool(textures_of(material, paths))

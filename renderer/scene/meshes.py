@@ -6,6 +6,7 @@ from renderer.core.backend import Float, UInt32, from_host
 from renderer.core.errors import SceneError
 from renderer.io.mesh import read_mesh
 from renderer.io.mesh_normals import smooth_normals
+from renderer.scene.materials import uses_uv
 from renderer.scene.transform import determinant, matrix
 from renderer.scene.triangles import CORNER_WORDS, FULL, PLAIN, Triangles
 
@@ -24,18 +25,20 @@ def read_meshes(loaded, meshes):
     return found
 
 
-def triangles(shapes, files, first, uv_shown):
+def triangles(shapes, files, first, uv_shown, paths=False):
     """Return the Triangles of `triangle` and `mesh` shapes, numbered from `first` on; meshes come last.
 
     `files` is what `read_meshes` returned. Shapes are numbered likewise, so that a `triangle` shape is its triangle.
-    `uv_shown` tells whether texture coordinates count, though there are no textures.
+    `uv_shown` tells whether texture coordinates count, though there are no textures, `paths` that the mode is pathtracer.
     """
     sheets = [shape for shape in shapes if shape.type == "triangle"]
     meshes = [shape for shape in shapes if shape.type == "mesh"]
-    parts = [_of_sheets(sheets, first, uv_shown)] if sheets else []
+    materials = {id(shape.material): shape.material for shape in sheets}.values()  # many shapes share one
+    shown = uv_shown or any(uses_uv(material, paths) for material in materials)
+    parts = [_of_sheets(sheets, first, shown)] if sheets else []
     for number, mesh in enumerate(meshes, first + len(sheets)):
         part = _of_mesh(mesh, files[mesh.filename], number)
-        without_uv = (uv_shown or mesh.material.texture is not None) and part[-1] is None
+        without_uv = part[-1] is None and (uv_shown or uses_uv(mesh.material, paths))
         parts.append(_with_default_uv(*part[:-1], determinant(matrix(mesh.transform)) < 0) if without_uv else part)
     words = FULL if any(normals is not None or uv is not None for _, _, normals, uv in parts) else PLAIN
     vertices = np.zeros((sum(len(part[0]) for part in parts), words), np.float32)
@@ -67,15 +70,14 @@ def _triangles(vertices, corners, first, of_meshes):
     return Triangles(*arrays, vertices.shape[1], first, of_meshes)
 
 
-def _of_sheets(shapes, first, uv_shown):
+def _of_sheets(shapes, first, with_uv):
     """Return positions, corners with their shape, no normals, and texture coordinates of `triangle` shapes."""
     count = len(shapes)
     positions = np.array([(shape.v0, shape.v1, shape.v2) for shape in shapes]).reshape(-1, 3)
     faces = np.empty((count, CORNER_WORDS), np.uint32)
     faces[:, :3] = np.arange(3 * count).reshape(-1, 3)
     faces[:, 3] = first + np.arange(count)
-    textured = uv_shown or any(shape.material.texture for shape in shapes)
-    uv = np.array([(shape.uv0, shape.uv1, shape.uv2) for shape in shapes]).reshape(-1, 2) if textured else None
+    uv = np.array([(shape.uv0, shape.uv1, shape.uv2) for shape in shapes]).reshape(-1, 2) if with_uv else None
     return positions, faces, None, uv
 
 

@@ -12,6 +12,7 @@ from renderer.core.backend import ArrayXf, ArrayXu, Float, UInt32, Vector2f, Vec
 from renderer.core.numeric import EPSILON, TINY, greater
 from renderer.core.records import Surface
 from renderer.accel.watertight import Axes, barycentric
+from renderer.shapes.base import derivatives
 
 CORNER_WORDS = 4
 PLAIN, FULL = 4, 8  # words of a vertex without and with normal and v
@@ -44,11 +45,22 @@ class Triangles:
             for vertex in vertices
         ]
 
+    def corners(self, number, active):
+        """Return the positions of the three corners of each active lane's triangle, by its number among these."""
+        lanes = dr.width(number)
+        vertices = dr.gather(ArrayXu, self._corners, number, active, shape=(CORNER_WORDS, lanes))
+        words = (dr.gather(ArrayXf, self._vertices, vertices[k], active, shape=(self._words, lanes)) for k in range(3))
+        return [Vector3f(corner[0], corner[1], corner[2]) for corner in words]
+
+    def shapes(self):
+        """Return the shape of all triangles (UInt32, a lane a triangle)."""
+        return dr.gather(UInt32, self._corners, CORNER_WORDS * dr.arange(UInt32, self.count) + 3)
+
     def shape(self, index, active):
         """Return the shape of each active lane's triangle."""
         return dr.gather(UInt32, self._corners, CORNER_WORDS * (index - self.first) + 3, active)
 
-    def surface(self, ray, index, active, with_uv):
+    def surface(self, ray, index, active, with_uv, with_tangents=False):
         """Return the point where a ray meets its lane's triangle, as a mean of the corners."""
         lanes = max(dr.width(index), dr.width(ray))
         corners = dr.gather(ArrayXu, self._corners, index - self.first, active, shape=(CORNER_WORDS, lanes))
@@ -62,7 +74,8 @@ class Triangles:
         def mean(values):
             return dr.fma(values[0], b0, dr.fma(values[1], b1, values[2] * b2))
 
-        n = dr.cross(v[1] - v[0], v[2] - v[0])
+        e1, e2 = v[1] - v[0], v[2] - v[0]
+        n = dr.cross(e1, e2)
         n_geo = n * dr.rsqrt(greater(dr.squared_norm(n), Float(TINY)))
         size = [greater(abs(a), greater(abs(b), abs(c))) for a, b, c in zip(*v)]
         rounding = dr.dot(abs(n_geo), Vector3f(*size)) * Float(POINT_ROUNDOFFS * EPSILON)
@@ -71,7 +84,9 @@ class Triangles:
             smooth = mean([Vector3f(vertex[4], vertex[5], vertex[6]) for vertex in words])
             length = dr.squared_norm(smooth)
             found.n_smooth = dr.select(length > TINY, smooth * dr.rsqrt(greater(length, Float(TINY))), n_geo)
+        uv = [Vector2f(vertex[3], vertex[7]) for vertex in words] if self._words == FULL else None
         if with_uv:
-            full = self._words == FULL
-            found.uv = mean([Vector2f(vertex[3], vertex[7]) for vertex in words]) if full else Vector2f(b1, b2)
+            found.uv = mean(uv) if uv else Vector2f(b1, b2)
+        if with_tangents:
+            found.dp_du, found.dp_dv = derivatives(e1, e2, uv[1] - uv[0], uv[2] - uv[0]) if uv else (e1, e2)
         return found

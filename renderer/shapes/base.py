@@ -8,6 +8,8 @@ lane, in the columns that `pack` wrote. All vectors are in world space, distance
 - sheets: `distance(row, ray) -> (met, t)`, likewise.
 - `surface(row, p) -> Surface`: the point moved onto the shape, with the outward unit normal.
 - `texture_coordinates(row, surface) -> Vector2f`.
+- `tangents(row, surface) -> (dp_du, dp_dv)`: derivatives of the point by these; where one of them does not exist (poles,
+  middles of caps), a short vector or a unit one that is still along the surface.
 - `columns(shapes) -> int`: the record width that these instances need.
 - `bounds(shape) -> (lowest, highest)`: host; corners of a box around the shape in double precision, or None.
 
@@ -23,6 +25,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.core.backend import Float, Vector3f
+from renderer.core.numeric import TINY, greater
 from renderer.core.registry import Registry
 
 
@@ -34,6 +37,7 @@ class ShapeKind:
     pack: Callable
     surface: Callable
     texture_coordinates: Callable
+    tangents: Callable
     interval: Callable | None = None  # solids
     distance: Callable | None = None  # sheets
     columns: Callable | None = None  # None: every record is as wide as `pack` makes it
@@ -49,6 +53,8 @@ class ShapeKind:
         return self.interval is not None
 
 
+SHORT = 1e-7  # of a radius: the distance from a pole or from the middle of a cap below which it counts as this far
+
 KINDS = Registry()
 register = KINDS.register
 
@@ -57,6 +63,34 @@ def turn(y, x):
     """Return the angle of (x, y) as a fraction of a full turn in [0, 1)."""
     fraction = dr.atan2(y, x) * (0.5 / math.pi)
     return fraction - dr.floor(fraction)
+
+
+def edges(normal, dual1, dual2):
+    """Return the edges of a triangle or parallelogram, of which dual_i . edge_j is 1 for i = j, else 0."""
+    e1, e2 = dr.cross(dual2, normal), dr.cross(normal, dual1)
+    return e1 / dr.dot(dual1, e1), e2 / dr.dot(dual2, e2)
+
+
+def derivatives(e1, e2, uv1, uv2):
+    """Return dp/du and dp/dv of a triangle with edges e1, e2 along which texture coordinates grow by uv1, uv2.
+
+    Where the corners' coordinates lie on a line, they are the edges.
+    """
+    determinant = uv1.x * uv2.y - uv1.y * uv2.x
+    good = abs(determinant) > TINY
+    inverse = dr.rcp(dr.select(good, determinant, 1))
+    along_u, along_v = (e1 * uv2.y - e2 * uv1.y) * inverse, (e2 * uv1.x - e1 * uv2.x) * inverse
+    return dr.select(good, along_u, e1), dr.select(good, along_v, e2)
+
+
+def polar_tangents(across, normal, fallback, radius):
+    """Return the derivatives of a point of a disk by its angle in turns and by its distance from the middle over `radius`.
+
+    `across` leads from the middle to the point; in the middle it counts as short and along `fallback`.
+    """
+    rho = dr.norm(across)
+    outward = dr.select(rho > TINY, across * dr.rcp(greater(rho, Float(TINY))), fallback)
+    return dr.cross(outward, normal) * (math.tau * greater(rho, SHORT * radius)), outward * radius
 
 
 def lane_frame(normal):

@@ -62,9 +62,17 @@ def texture_coordinates(row, surface):
     return Vector2f(0.5 + 0.5 * u, 0.5 + 0.5 * v)
 
 
+def tangents(row, surface):
+    """Return the edges of the face."""
+    _, (on_x, on_y, on_z) = _face(row, surface.p)
+    half, n = row.vector(HALF) * 2, surface.n_geo
+    along_u = Vector3f(dr.select(on_x, 0, dr.select(on_z, -half.x * n.z, half.x)), 0, dr.select(on_x, half.z * n.x, 0))
+    return along_u, Vector3f(0, dr.select(on_y, 0, -half.y), dr.select(on_y, -half.z * n.y, 0))
+
+
 def bounds(shape):
     """Return the box's own corners."""
     return shape.min, shape.max
 
 
-register(ShapeKind("box", pack, surface, texture_coordinates, interval=interval, bounds=bounds))
+register(ShapeKind("box", pack, surface, texture_coordinates, tangents, interval=interval, bounds=bounds))

@@ -56,6 +56,11 @@ def texture_coordinates(row, surface):
     return Vector2f(dr.dot(surface.p, t), dr.dot(surface.p, b))
 
 
+def tangents(row, surface):
+    """Return the two axes of the facet."""
+    return lane_frame(surface.n_geo)
+
+
 def bounds(shape):
     """Return the box around the corners, or None where the volume reaches to infinity."""
     axes = [*zip(*corners(shape.halfspaces, shape.vertices))]
@@ -63,5 +68,5 @@ def bounds(shape):
 
 
 register(
-    ShapeKind("convex", pack, surface, texture_coordinates, interval=interval, columns=columns, bounds=bounds)
+    ShapeKind("convex", pack, surface, texture_coordinates, tangents, interval=interval, columns=columns, bounds=bounds)
 )

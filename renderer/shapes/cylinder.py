@@ -8,7 +8,7 @@ from renderer.core.backend import Vector2f
 from renderer.core.numeric import TINY, away_from_zero, greater, lesser
 from renderer.core.records import Surface
 from renderer.core.vectors import frame, unit
-from renderer.shapes.base import ShapeKind, register, turn
+from renderer.shapes.base import ShapeKind, polar_tangents, register, turn
 
 CENTER, AXIS, TANGENT, BITANGENT, RADIUS, HALF = 0, 3, 6, 9, 12, 13
 
@@ -74,6 +74,15 @@ def texture_coordinates(row, surface):
     return Vector2f(u, dr.select(on_cap, rho / row[RADIUS], 0.5 - 0.5 * along / row[HALF]))
 
 
+def tangents(row, surface):
+    """Return the derivatives by the angle in turns, and by the way along the side or from the middle of a cap."""
+    _, across, _ = _local(row, surface.p)
+    axis = row.vector(AXIS)
+    along_u, outward = polar_tangents(across, axis, row.vector(TANGENT), row[RADIUS])
+    on_cap = abs(dr.dot(surface.n_geo, axis)) > 0.5
+    return along_u, dr.select(on_cap, outward, axis * (-2 * row[HALF]))
+
+
 def bounds(shape):
     """Return the corners of the box around both caps: a disk reaches r sqrt(1 - a^2) along an axis with cosine a."""
     reach = [shape.height * abs(a) + shape.radius * math.sqrt(max(0.0, 1 - a * a)) for a in unit(shape.axis)]
@@ -82,6 +91,7 @@ def bounds(shape):
 
 register(
     ShapeKind(
-        "cylinder", pack, surface, texture_coordinates, interval=interval, bounds=bounds, directions=range(AXIS, RADIUS)
+        "cylinder", pack, surface, texture_coordinates, tangents, interval=interval, bounds=bounds,
+        directions=range(AXIS, RADIUS),
     )
 )

@@ -7,7 +7,7 @@ import drjit as dr
 from renderer.core.backend import Vector2f
 from renderer.core.records import Surface
 from renderer.core.vectors import frame, unit
-from renderer.shapes.base import ShapeKind, register, turn
+from renderer.shapes.base import ShapeKind, polar_tangents, register, turn
 
 CENTER, NORMAL, TANGENT, BITANGENT, RADIUS = 0, 3, 6, 9, 12
 
@@ -39,6 +39,11 @@ def texture_coordinates(row, surface):
     return Vector2f(turn(-dr.dot(q, row.vector(BITANGENT)), dr.dot(q, row.vector(TANGENT))), dr.norm(q) / row[RADIUS])
 
 
+def tangents(row, surface):
+    """Return the derivatives by the angle in turns and by the distance from the middle over the radius."""
+    return polar_tangents(surface.p - row.vector(CENTER), row.vector(NORMAL), row.vector(TANGENT), row[RADIUS])
+
+
 def bounds(shape):
     """Return the box around the rim, which reaches r sqrt(1 - n^2) along an axis with the normal's cosine n."""
     reach = [shape.radius * math.sqrt(max(0.0, 1 - n * n)) for n in unit(shape.normal)]
@@ -47,6 +52,7 @@ def bounds(shape):
 
 register(
     ShapeKind(
-        "disk", pack, surface, texture_coordinates, distance=distance, bounds=bounds, directions=range(NORMAL, RADIUS)
+        "disk", pack, surface, texture_coordinates, tangents, distance=distance, bounds=bounds,
+        directions=range(NORMAL, RADIUS),
     )
 )

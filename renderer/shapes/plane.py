@@ -35,4 +35,9 @@ def texture_coordinates(row, surface):
     return Vector2f(dr.dot(q, row.vector(TANGENT)), dr.dot(q, row.vector(BITANGENT)))
 
 
-register(ShapeKind("plane", pack, surface, texture_coordinates, distance=distance, directions=range(NORMAL, BITANGENT + 3)))
+def tangents(row, surface):
+    """Return the plane's two axes."""
+    return row.vector(TANGENT), row.vector(BITANGENT)
+
+
+register(ShapeKind("plane", pack, surface, texture_coordinates, tangents, distance=distance, directions=range(NORMAL, BITANGENT + 3)))

@@ -10,7 +10,7 @@ from renderer.core.backend import Vector2f
 from renderer.core.numeric import EDGE_TOLERANCE
 from renderer.core.records import Surface
 from renderer.core.vectors import cross, dot, unit
-from renderer.shapes.base import ShapeKind, register
+from renderer.shapes.base import ShapeKind, edges, register
 
 CENTER, NORMAL, DUAL_U, DUAL_V = 0, 3, 6, 9
 
@@ -46,6 +46,11 @@ def texture_coordinates(row, surface):
     return Vector2f(0.5 + dr.dot(row.vector(DUAL_U), q), 0.5 + dr.dot(row.vector(DUAL_V), q))
 
 
+def tangents(row, surface):
+    """Return both edges."""
+    return edges(row.vector(NORMAL), row.vector(DUAL_U), row.vector(DUAL_V))
+
+
 def bounds(shape):
     """Return the box around the four corners."""
     reach = [0.5 * (abs(u) + abs(v)) for u, v in zip(shape.u, shape.v)]
@@ -54,7 +59,7 @@ def bounds(shape):
 
 register(
     ShapeKind(
-        "rectangle", pack, surface, texture_coordinates, distance=distance, bounds=bounds,
+        "rectangle", pack, surface, texture_coordinates, tangents, distance=distance, bounds=bounds,
         directions=range(NORMAL, DUAL_V + 3),
     )
 )

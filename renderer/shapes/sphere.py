@@ -8,9 +8,10 @@ import math
 
 import drjit as dr
 
-from renderer.core.backend import Bool, Vector2f
+from renderer.core.backend import Bool, Float, Vector2f, Vector3f
+from renderer.core.numeric import TINY, greater
 from renderer.core.records import Surface
-from renderer.shapes.base import ShapeKind, register, turn
+from renderer.shapes.base import SHORT, ShapeKind, register, turn
 
 CENTER, RADIUS = 0, 3
 
@@ -41,9 +42,19 @@ def texture_coordinates(row, surface):
     return Vector2f(turn(n.z, n.x), dr.safe_acos(n.y) * (1 / math.pi))
 
 
+def tangents(row, surface):
+    """Return the derivatives by longitude in turns and latitude in half turns; at a pole along longitude 0."""
+    n = surface.n_geo
+    s = dr.sqrt(n.x * n.x + n.z * n.z)
+    inverse = dr.rcp(greater(s, Float(TINY)))
+    cos_phi, sin_phi = dr.select(s > TINY, n.x * inverse, 1), dr.select(s > TINY, n.z * inverse, 0)
+    along_u = Vector3f(-sin_phi, 0, cos_phi) * (math.tau * greater(s, SHORT) * row[RADIUS])
+    return along_u, Vector3f(n.y * cos_phi, -s, n.y * sin_phi) * (math.pi * row[RADIUS])
+
+
 def bounds(shape):
     """Return the corners of the box around the sphere."""
     return [c - shape.radius for c in shape.center], [c + shape.radius for c in shape.center]
 
 
-register(ShapeKind("sphere", pack, surface, texture_coordinates, interval=interval, bounds=bounds))
+register(ShapeKind("sphere", pack, surface, texture_coordinates, tangents, interval=interval, bounds=bounds))

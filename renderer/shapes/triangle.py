@@ -11,7 +11,7 @@ from renderer.core.backend import Vector2f
 from renderer.core.numeric import EDGE_TOLERANCE
 from renderer.core.records import Surface
 from renderer.core.vectors import cross, dot, subtract, unit
-from renderer.shapes.base import ShapeKind, register
+from renderer.shapes.base import ShapeKind, derivatives, edges, register
 
 V0, NORMAL, DUAL1, DUAL2, UV0, UV1, UV2 = 0, 3, 6, 9, 12, 14, 16
 
@@ -54,6 +54,13 @@ def texture_coordinates(row, surface):
     return Vector2f(*(row[UV0 + k] * (1 - b1 - b2) + row[UV1 + k] * b1 + row[UV2 + k] * b2 for k in range(2)))
 
 
+def tangents(row, surface):
+    """Return the derivatives by the coordinates of the corners."""
+    e1, e2 = edges(row.vector(NORMAL), row.vector(DUAL1), row.vector(DUAL2))
+    (du1, dv1), (du2, dv2) = ([row[uv + k] - row[UV0 + k] for k in range(2)] for uv in (UV1, UV2))
+    return derivatives(e1, e2, Vector2f(du1, dv1), Vector2f(du2, dv2))
+
+
 def bounds(shape):
     """Return the box around the corners."""
     axes = [*zip(shape.v0, shape.v1, shape.v2)]
@@ -62,6 +69,6 @@ def bounds(shape):
 
 register(
     ShapeKind(
-        "triangle", pack, surface, texture_coordinates, distance=distance, bounds=bounds, directions=range(NORMAL, UV0)
+        "triangle", pack, surface, texture_coordinates, tangents, distance=distance, bounds=bounds, directions=range(NORMAL, UV0)
     )
 )
