@@ -1,6 +1,6 @@
 """Choosing among many things with given weights, in lanes: alias tables [Walker1977], one look-up a choice.
 
-A table has 2^k places with equal probability; each is shared by two things. Weights are numpy arrays on the host.
+A table has 2^bits places of equal probability; each is shared by two things. Weights are numpy arrays on the host.
 """
 
 import dataclasses
@@ -15,67 +15,76 @@ RANDOM_BITS = 24  # of numbers in [0, 1)
 
 
 @dataclasses.dataclass(frozen=True)
-class AliasTable:
-    """One table, or several of the same size one after the other."""
+class AliasTables:
+    """Tables one after the other; in lanes, `first` and `bits` of a table tell its place and size."""
 
     _words: UInt32
-    _bits: int
 
     @classmethod
-    def of(cls, weights):
-        """Return the table of (N,) weights, or the tables of (R, N); none negative, no row all zero."""
-        rows = np.atleast_2d(np.asarray(weights, np.float64))
-        bits = max(rows.shape[1] - 1, 0).bit_length()
-        words = np.empty((len(rows), 2**bits, WORDS), np.uint32)
-        for row, own in zip(rows, words):
-            share, other = alias(row, 2**bits)
-            own[:, 0], own[:, 1] = share.astype(np.float32).view(np.uint32), other
-        return cls(from_host(UInt32, words.ravel()), bits)
+    def of(cls, tables):
+        """Return the tables, their first places and their bits, of arrays (R, N) that each hold R rows of weights.
 
-    def choose(self, u, v, row=None):
+        No weight is negative, and no row all zero. The result's lists have one entry for each array.
+        """
+        words, firsts, bits, end = [], [], [], 0
+        for rows in tables:
+            rows = np.asarray(rows, np.float64)
+            bits.append((rows.shape[1] - 1).bit_length())
+            share, other = alias(rows, 2 ** bits[-1])
+            words.append(np.stack([share.astype(np.float32).view(np.uint32), other.astype(np.uint32)], axis=-1).ravel())
+            firsts.append(end)
+            end += share.size
+        return cls(from_host(UInt32, np.concatenate(words))), firsts, bits
+
+    def choose(self, u, v, first, bits):
         """Return the thing that u and v in [0, 1) choose, and what is left of v, again even in [0, 1).
 
-        `row` tells which table (UInt32 in lanes), None for the only one.
+        `first` is the first place of a table (int, or UInt32 in lanes), `bits` its size (likewise, at most RANDOM_BITS
+        in lanes). A place is taken from the bits of u, so that all are equally likely; beyond those from v as well.
         """
-        # whole numbers, so that all places are equally likely; more places than u tells apart take bits of v
         place = UInt32(u * 2.0**RANDOM_BITS)
-        more = self._bits - RANDOM_BITS
-        if more > 0:
-            v = v * 2.0**more
+        if isinstance(bits, int) and bits > RANDOM_BITS:
+            v = v * 2.0 ** (bits - RANDOM_BITS)
             low = dr.floor(v)
-            place, v = (place << more) + UInt32(low), v - low
+            place, v = (place << (bits - RANDOM_BITS)) + UInt32(low), v - low
         else:
-            place = place >> -more
-        index = place if row is None else (row << self._bits) + place
+            place = place >> (RANDOM_BITS - bits)
+        index = first + place
         words = dr.gather(ArrayXu, self._words, index, shape=(WORDS, dr.width(index)))
         share = dr.reinterpret_array(Float, words[0])
-        first = v < share
-        v = dr.select(first, v, v - share) / dr.select(first, share, 1 - share)
-        return dr.select(first, place, words[1]), dr.select(v < 1, v, 0)
+        own = v < share
+        left = dr.select(own, v, v - share) / dr.select(own, share, 1 - share)
+        return dr.select(own, place, words[1]), dr.select(left < 1, left, 0)
 
 
 def alias(weights, places):
-    """Return for each place the share of its own number, and the other number, as (places,) arrays.
+    """Return for each place of (R, places) the share of its own number, and the other number, of (R, N) weights.
 
     Light things (below the mean) and heavy ones are each taken in their order: a heavy one fills the places of light
     ones up until less than its own place is left of it, and the next heavy one fills that [Hubschle2022, sec. 4.3].
-    With prefix sums of what light ones lack and heavy ones have too much, each finds its other by a binary search.
+    With prefix sums of what light ones lack and heavy ones have too much, each finds its other by a binary search. In
+    every row both sums are equal, so that one pass serves all rows; indices are held to their row against rounding.
     """
-    weight = np.zeros(places)
-    weight[: len(weights)] = weights
-    weight *= places / weight.sum()
+    rows = len(weights)
+    weight = np.zeros((rows, places))
+    weight[:, : weights.shape[1]] = weights * (places / weights.sum(axis=1, keepdims=True))
     light = weight < 1
-    light[np.argmax(weight)] = False
+    light[np.arange(rows), weight.argmax(axis=1)] = False
+    light_end, heavy_end = light.sum(axis=1).cumsum(), (~light).sum(axis=1).cumsum()
+    weight, light = weight.ravel(), light.ravel()
     lights, heavies = np.flatnonzero(light), np.flatnonzero(~light)
-    lack, excess = np.cumsum(1 - weight[lights]), np.cumsum(weight[heavies] - 1)
-    before = np.concatenate([[0.0], lack])
+    before = np.concatenate([[0.0], np.cumsum(1 - weight[lights])])  # lacked by the lights before each
+    excess = np.cumsum(weight[heavies] - 1)
 
-    share, other = weight.copy(), np.arange(places)
-    filler = np.minimum(np.searchsorted(excess, before[:-1], side="right"), len(heavies) - 1)
+    share, other = weight.copy(), np.arange(rows * places)
+    filler = np.searchsorted(excess, before[:-1], side="right")
+    heavy_start = np.concatenate([[0], heavy_end[:-1]])
+    filler = np.clip(filler, heavy_start[lights // places], heavy_end[lights // places] - 1)
     other[lights] = heavies[filler]
-    spent = np.searchsorted(before, excess, side="right")  # lights that were filled when a heavy one fell below 1
-    left = 1 + excess - before[np.minimum(spent, len(lack))]
-    share[heavies] = np.where(spent > len(lack), 1.0, left)
-    share[heavies[-1]] = 1.0
+    filled = np.searchsorted(before, excess, side="right")  # lights that were filled when a heavy one fell below 1
+    filled = np.minimum(filled, light_end[heavies // places])
+    share[heavies] = 1 + excess - before[filled]
     other[heavies[:-1]] = heavies[1:]
-    return np.clip(share, 0, 1), other
+    share[heavies[heavy_end - 1]] = 1.0  # of each row the last
+    other[heavies[heavy_end - 1]] = heavies[heavy_end - 1]
+    return np.clip(share, 0, 1).reshape(rows, places), other.reshape(rows, places) % places

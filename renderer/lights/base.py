@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.core.backend import Bool, Float, Vector3f
-from renderer.core.numeric import EPSILON, greater
+from renderer.core.numeric import EPSILON, TINY, greater
 from renderer.core.registry import Registry
 
 # Roundoffs of coordinates by which a point of a lamp, and where a ray is found to meet it, lie off its surface.
@@ -75,3 +75,21 @@ def short_of(distance, p, cosine):
 def area_pdf_sa(distance, cosine, inverse_area):
     """Return the density per steradian of points that lie evenly on a surface, seen at a distance and angle."""
     return dr.square(distance) * inverse_area / greater(cosine, Float(LEAST_COSINE))
+
+
+def towards(q, normal, p, radiance, inverse_area, both):
+    """Return the DirectSample of a point q with a unit normal, one of many that lie evenly over an area.
+
+    `both` tells whether its back shines too.
+    """
+    to_light = q - p
+    distance = dr.norm(to_light)
+    wo = to_light * dr.rcp(greater(distance, TINY))
+    cosine = -dr.dot(normal, wo)
+    cosine = dr.select(both, abs(cosine), cosine)
+    shines = cosine > LEAST_COSINE
+    cosine = dr.select(shines, cosine, 1)
+    pdf_sa = dr.select(distance > TINY, area_pdf_sa(distance, cosine, inverse_area), 1)
+    return DirectSample(
+        wo, short_of(distance, p, cosine), dr.select(shines, radiance, Vector3f(0)), pdf_sa, Bool(False)
+    )

@@ -29,7 +29,7 @@ class Environment:
         """Hold (H, W, 3) float32 `pixels`, rows from the top, times `intensity`, turned around +y."""
         import numpy as np
 
-        from renderer.core.distribution import AliasTable
+        from renderer.core.distribution import AliasTables
 
         pixels = pixels * np.asarray(intensity, np.float32)
         if len(pixels) == 1:
@@ -46,7 +46,8 @@ class Environment:
         texels[..., :3] = np.concatenate([pixels, pixels[:, :1]], axis=1)
         texels[..., 3] = weight * (width * (height - 1) / (total * TURN * math.pi) if self.shines else 0)
         self._texels = from_host(Float, texels.ravel())
-        self._alias = AliasTable.of(patches.ravel()) if self.shines else None
+        if self.shines:
+            self._alias, _, (self._bits,) = AliasTables.of([patches.reshape(1, -1)])
         self._size = [dr.opaque(UInt32, value) for value in (width, height)]
         self._turns = dr.opaque(Float, rotation_deg / 360)
 
@@ -66,7 +67,7 @@ class Environment:
     def sample(self, u, u2):
         """Return a direction as a DirectSample: a patch between four texels by its alias table, and a place in it."""
         width, height = self._size
-        patch, vx = self._alias.choose(u, u2.x)
+        patch, vx = self._alias.choose(u, u2.x, 0, self._bits)
         row = _quotient(patch, width)
         column = patch - row * width
         corners = self._corners(column, row)

@@ -7,11 +7,10 @@ import math
 
 import drjit as dr
 
-from renderer.core.backend import Bool, Float, Vector2f, Vector3f
-from renderer.core.numeric import TINY, greater
+from renderer.core.backend import Bool, Float, Vector2f
 from renderer.core.vectors import cross, frame, length, subtract, unit
 from renderer.core.warp import square_to_disk, square_to_triangle
-from renderer.lights.base import LEAST_COSINE, DirectSample, area_pdf_sa, short_of
+from renderer.lights.base import towards
 
 CORNER, EDGE_U, EDGE_V, RADIANCE, INVERSE_AREA, INVERSE_CROSS, KIND, ONE_SIDED = 0, 3, 6, 9, 12, 13, 14, 15
 EDGES = range(EDGE_U, RADIANCE)
@@ -70,24 +69,6 @@ def sample(row, p, u, u2, has):
     both = row[ONE_SIDED] == 0 if one_sided and two_sided else Bool(two_sided)
     normal = dr.cross(*across) * row[INVERSE_CROSS]
     return towards(q, normal, p, row.vector(RADIANCE), row[INVERSE_AREA], both)
-
-
-def towards(q, normal, p, radiance, inverse_area, both):
-    """Return the DirectSample of a point q with a unit normal, one of many that lie evenly over an area.
-
-    `both` tells whether its back shines too.
-    """
-    to_light = q - p
-    distance = dr.norm(to_light)
-    wo = to_light * dr.rcp(greater(distance, TINY))
-    cosine = -dr.dot(normal, wo)
-    cosine = dr.select(both, abs(cosine), cosine)
-    shines = cosine > LEAST_COSINE
-    cosine = dr.select(shines, cosine, 1)
-    pdf_sa = dr.select(distance > TINY, area_pdf_sa(distance, cosine, inverse_area), 1)
-    return DirectSample(
-        wo, short_of(distance, p, cosine), dr.select(shines, radiance, Vector3f(0)), pdf_sa, Bool(False)
-    )
 
 
 def _place(row, u2, kinds):

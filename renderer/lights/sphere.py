@@ -57,7 +57,7 @@ def sample(row, p, u, u2, has):
     local = square_to_cone(u2, one_minus_cos)
     wo = Frame.of(to_center * dr.rcp(greater(distance, radius))).to_world(local)
     # half the chord: r^2 minus the squared distance of the line from the centre
-    sin_squared = (1 - local.z) * (1 + local.z)
+    sin_squared = dr.fma(local.x, local.x, local.y * local.y)
     half = safe_sqrt(dr.square(radius) - squared * sin_squared)
     cosine = greater(half / radius, Float(LEAST_COSINE))
     seen = distance * local.z - half

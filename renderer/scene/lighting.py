@@ -1,120 +1,69 @@
 """Where light comes from in path-traced scenes: lights to sample, shapes that shine, and what is behind everything.
 
 Lights are numbered in groups of one kind. This is the only place that goes from a lane's light, or from the shape that
-it met, to the kind of light. Boxes, cylinders, convex volumes and planes that shine are not sampled: paths find them.
+it met, to the kind of light. Boxes, cylinders, convex volumes and planes that shine are not sampled: paths find them,
+as they find a constant background.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+import functools
+import operator
 
 import drjit as dr
 
-from renderer.core.backend import Bool, Float, Vector3f
-from renderer.core.errors import SceneError
-from renderer.core.numeric import TINY
-from renderer.core.rows import Rows
-from renderer.core.vectors import cross, unit
-from renderer.io.image import read_environment
-from renderer.lights import KINDS, sheet, sphere
+from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.packets import Packets
+from renderer.core.rows import SELECT_LIMIT, Rows
+from renderer.lights import sphere
 from renderer.lights.base import area_pdf_sa
-from renderer.lights.choice import Estimate, FewLights
-from renderer.lights.environment import Environment
+from renderer.scene.light_choice import FEW, FewLights, ManyLights
+from renderer.scene.light_sources import emitters_of, environment_of, extent, light_groups
 
-LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear sRGB [ITU-R BT.709]
-BOTH_SIDES = ("rectangle", "disk", "triangle")  # shapes that shine on both
-RADIANCE, INVERSE_AREA, ONE_SIDED, RADIUS = 0, 3, 4, 5  # columns of emitters
-
-
-def luminance(colour):
-    """Return the luminance of a linear colour on the host."""
-    return sum(weight * part for weight, part in zip(LUMINANCE, colour))
-
-
-@dataclass
-class LightRows:
-    """All lights of one kind, with records; those of the first have the number `first`."""
-
-    sample: object  # (row, p, u, u2, has) -> DirectSample
-    rows: Rows
-    has: object
-    first: int
-
-    def direct(self, chosen, p, u2):
-        """Return the DirectSample of each lane whose light is one of these."""
-        return self.sample(chosen.row(self.rows, self.first), p, chosen.u, u2, self.has)
-
-    @property
-    def count(self):
-        """Number of lights."""
-        return self.rows.count
-
-
-@dataclass
-class Surroundings:
-    """An environment image as a light."""
-
-    image: Environment
-    first: int
-    count: int = 1
-
-    def direct(self, chosen, p, u2):
-        """Return a DirectSample for each lane."""
-        return self.image.sample(chosen.u, u2)
-
-
-@dataclass(frozen=True)
-class Emitter:
-    """A shape that shines. Host."""
-
-    shape_index: int  # in the compiled order
-    shape: object
-    twosided: bool
-    area: float | None  # of one side; None if it is not sampled
+RADIANCE, INVERSE_AREA, ONE_SIDED, RADIUS, LIGHT = 0, 3, 4, 5, 6  # columns of emitters
+NO_EMITTER = 0xFFFFFFFF
 
 
 class Lighting:
-    """See the module docstring."""
+    """See the module docstring.
 
-    def __init__(self, lights, emitters, backgroundcolor, environment=None):
-        """Hold lights of the file that rays cannot hit, Emitters, and a constant colour or an Environment for it."""
-        self._groups, estimates, self._numbers = _groups(lights, emitters)
-        self._environment, self._environment_number = environment, None
-        if environment is not None and environment.shines:
-            self._environment_number = len(estimates)
-            self._groups.append(Surroundings(environment, len(estimates)))
-            # half of what comes from everywhere together: a surface sees half of it, but mostly turned to the brightest
-            estimates.append(Estimate(constant=2 * math.pi * environment.mean))
-        self._choice = FewLights(estimates) if estimates else None
-        self._shapes = [emitter.shape_index for emitter in emitters]
-        records = [_emitter_record(emitter) for emitter in emitters]
-        self._emitters = Rows(records) if records else None
-        self._has_spheres = any(record[RADIUS] for record in records)
-        self._has_one_sided = any(record[ONE_SIDED] for record in records)
-        self._all_one_sided = all(record[ONE_SIDED] for record in records)
-        self._world = Rows([backgroundcolor])
-        self.has_lights = self._choice is not None
-        self.has_emitters = bool(emitters)
-        self.has_background = any(backgroundcolor) if environment is None else environment.shines
+    `has_lights` tells whether `sample` can be called, `has_emitters` and `has_background` whether `emitted` and
+    `background` bring anything.
+    """
+
+    def __init__(self, groups, choice, emitters, background, environment, environment_number):
+        """Hold groups of lights with a choice among them, emitters, and a colour or an Environment around all."""
+        self._groups, self._choice, self._emitters = groups, choice, emitters
+        self._environment, self._environment_number = environment, environment_number
+        self._background = Rows([background])
+        self.has_lights = choice is not None
+        self.has_emitters = emitters is not None
+        self.has_background = any(background) if environment is None else environment.shines
 
     @classmethod
     def of(cls, loaded, shapes, triangles):
-        """Return the Lighting of a LoadedScene, its shapes [(index in the file, shape)] in the compiled order."""
+        """Return the Lighting of a LoadedScene, its shapes [(index in the file, shape)] in the compiled order.
+
+        Raises SceneError if the image of an environment cannot be read.
+        """
         world = loaded.description.scene
-        emitters = []
-        for number, (index, shape) in enumerate(shapes):
-            if any(shape.emission):
-                light = index - len(world.shapes)
-                twosided = shape.type in BOTH_SIDES if light < 0 else world.lightsources[light].twosided
-                emitters.append(Emitter(number, shape, twosided, _area(shape)))
-        lights = [light for light in world.lightsources if light.type in KINDS and any(light.intensity)]
-        lights = [light for light in lights if KINDS[light.type].direct]
-        return cls(lights, emitters, world.backgroundcolor, environment_of(loaded))
+        emitters, environment = emitters_of(world, shapes, triangles), environment_of(loaded)
+        groups, estimates, numbers = light_groups(world.lightsources, emitters, environment, triangles)
+        choice, number = None, None
+        if len(estimates) > FEW:
+            choice = ManyLights(estimates, *extent(shapes, triangles, estimates))
+        elif estimates:
+            choice = FewLights(estimates)
+        if environment is not None and environment.shines:
+            number = len(estimates) - 1
+        kind = FewEmitters if len(emitters) <= SELECT_LIMIT else ManyEmitters
+        found = kind(emitters, numbers, len(shapes)) if emitters else None
+        return cls(groups, choice, found, world.backgroundcolor, environment, number)
 
     def sample(self, p, u, u2):
         """Return a DirectSample for each point p; its pdf_sa includes the probability of choosing the light."""
-        chosen = self._choice.choose(p, u)
+        chosen = self._choice.choose(p, u, u2.x)
+        u2 = type(u2)(chosen.v, u2.y)
         found = self._groups[0].direct(chosen, p, u2)
         for group in self._groups[1:]:
             found = dr.select(chosen.within(group.first, group.count), group.direct(chosen, p, u2), found)
@@ -129,85 +78,103 @@ class Lighting:
 
         The density is that with which `sample` chooses the direction at o; 0 for shapes that are not sampled.
         """
-        masks = [active & (shape_index == number) for number in self._shapes]
-        row = self._emitters.chosen(masks[1:])
-        shines = masks[0]
-        for mask in masks[1:]:
-            shines = shines | mask
+        emitters = self._emitters
+        shines, row, light = emitters.at(shape_index, active)
         cosine = -dr.dot(surface.n_geo, d)
-        if self._all_one_sided:
+        if emitters.all_one_sided:
             shines = shines & (cosine > 0)
-        elif self._has_one_sided:
+        elif emitters.any_one_sided:
             shines = shines & ((cosine > 0) | (row[ONE_SIDED] == 0))
         radiance = dr.select(shines, row.vector(RADIANCE), Vector3f(0))
-        if not self.has_lights:
+        if light is None:
             return radiance, Float(0)
 
-        pdf_sa = area_pdf_sa(hit.t, abs(cosine), row[INVERSE_AREA])
-        if self._has_spheres:
+        pdf_sa = Float(0)
+        if emitters.any_flat:
+            pdf_sa = area_pdf_sa(hit.t, abs(cosine), row[INVERSE_AREA])
+        if emitters.any_round:
             round_pdf_sa = sphere.pdf_sa(o, surface.p, surface.n_geo, row[RADIUS])
-            pdf_sa = dr.select(row[RADIUS] > 0, round_pdf_sa, pdf_sa)
-        of_lights = [None] * self._choice.count
-        for mask, light in zip(masks, self._numbers):
-            if light is not None:
-                of_lights[light] = mask
-        return radiance, dr.select(shines, pdf_sa * self._choice.probability(o, of_lights), 0)
+            pdf_sa = dr.select(row[RADIUS] > 0, round_pdf_sa, pdf_sa) if emitters.any_flat else round_pdf_sa
+        return radiance, dr.select(shines, pdf_sa * self._choice.probability(o, light), 0)
 
     def background(self, o, d):
         """Return the radiance of what is infinitely far away in a direction, and the density of `sample` for it."""
         if self._environment is None:
-            return self._world[0].vector(0), Float(0)
+            return self._background[0].vector(0), Float(0)
         radiance, pdf_sa = self._environment.radiance(d)
-        masks = [None] * self._choice.count
-        masks[self._environment_number] = Bool(True)
-        return radiance, pdf_sa * self._choice.probability(o, masks)
+        return radiance, pdf_sa * self._choice.probability(o, Light({self._environment_number: Bool(True)}))
 
 
-def environment_of(loaded):
-    """Return the Environment of a LoadedScene, None if it has none; raises SceneError if its image cannot be read."""
-    for index, light in enumerate(loaded.description.scene.lightsources):
-        if light.type == "environment":
-            try:
-                pixels = read_environment(loaded.resolve(light.filename))
-            except SceneError as error:
-                raise loaded.refused(error, "scene", "lightsources", index, "filename") from error
-            return Environment(pixels, light.intensity, light.rotation)
-    return None
+class Light:
+    """Which light each lane means: that whose mask is true, of {number: mask}, or None at all."""
+
+    def __init__(self, masks):
+        self.masks = masks
+
+    @property
+    def number(self):
+        """The number of the light; any where no mask is true."""
+        (number, _), *others = self.masks.items()
+        number = UInt32(number)
+        for other, mask in others:
+            number = dr.select(mask, UInt32(other), number)
+        return number
 
 
-def _area(shape):
-    """Return the area of one side of a shape that is sampled; None for others, and where float32 cannot hold it."""
-    if shape.type in sheet.CODES:
-        area = sheet.area(shape)
-    elif shape.type == "sphere":
-        area = 4 * math.pi * shape.radius**2
-    else:
-        return None
-    return area if TINY < area < 1 / TINY else None
+class LightNumber:
+    """Which light each lane means, by its number."""
+
+    def __init__(self, number, numbers):
+        """Hold a number in lanes, one of `numbers`."""
+        self.number = number
+        self.masks = {known: number == known for known in numbers} if len(numbers) <= FEW else {}
 
 
-def _groups(lights, emitters):
-    """Return the LightRows of lights and of the emitters that are sampled, each light's Estimate, and for each emitter
-    the number of its light or None."""
-    groups, estimates, numbers = [], [], [None] * len(emitters)
-    for name in dict.fromkeys(light.type for light in lights):
-        kind, own = KINDS[name], [light for light in lights if light.type == name]
-        groups.append(LightRows(kind.direct, Rows([kind.pack(light) for light in own]), None, len(estimates)))
-        estimates += [Estimate(**kind.estimate(light, luminance(light.intensity))) for light in own]
-    for kind, names, directions in ((sheet, BOTH_SIDES, sheet.EDGES), (sphere, ("sphere",), ())):
-        own = [k for k, emitter in enumerate(emitters) if emitter.area and emitter.shape.type in names]
-        if not own:
-            continue
-        records = [kind.pack(emitters[k].shape, emitters[k].twosided) for k in own]
-        groups.append(LightRows(kind.sample, Rows(records, directions=directions), kind.features(records), len(estimates)))
-        for k in own:
-            numbers[k] = len(estimates)
-            shape = emitters[k].shape
-            estimates.append(Estimate(**kind.estimate(shape, emitters[k].twosided, luminance(shape.emission))))
-    return groups, estimates, numbers
+class Emitters:
+    """What is common to the emitters of a scene, in records with the columns above."""
+
+    def __init__(self, emitters, numbers):
+        sides = {emitter.twosided for emitter in emitters}
+        self.any_one_sided, self.all_one_sided = False in sides, sides == {False}
+        sampled = [emitter for emitter in emitters if emitter.area]
+        self.any_round = any(emitter.radius for emitter in sampled)
+        self.any_flat = any(not emitter.radius for emitter in emitters)
+        self._records = [
+            [*emitter.shape.emission, 1 / emitter.area if emitter.area else 0.0, float(not emitter.twosided),
+             emitter.radius, float(number or 0)]
+            for emitter, number in zip(emitters, numbers)
+        ]  # fmt: skip
 
 
-def _emitter_record(emitter):
-    """Return the record of a shape that shines, in the columns above."""
-    radius = emitter.shape.radius if emitter.area and emitter.shape.type == "sphere" else 0.0
-    return [*emitter.shape.emission, 1 / emitter.area if emitter.area else 0.0, float(not emitter.twosided), radius]
+class FewEmitters(Emitters):
+    """Emitters that are looked for one after the other."""
+
+    def __init__(self, emitters, numbers, shape_count):
+        super().__init__(emitters, numbers)
+        self._shapes, self._numbers = [emitter.shape_index for emitter in emitters], numbers
+        self._rows = Rows(self._records)
+
+    def at(self, shape_index, active):
+        """Return whether each lane's shape is an emitter, its record, and its light (None if none is sampled)."""
+        masks = [active & (shape_index == number) for number in self._shapes]
+        lights = {number: mask for number, mask in zip(self._numbers, masks) if number is not None}
+        return functools.reduce(operator.or_, masks), self._rows.chosen(masks[1:]), Light(lights) if lights else None
+
+
+class ManyEmitters(Emitters):
+    """Emitters that are found by a table over all shapes."""
+
+    def __init__(self, emitters, numbers, shape_count):
+        super().__init__(emitters, numbers)
+        places = [[NO_EMITTER]] * shape_count
+        for place, emitter in enumerate(emitters):
+            places[emitter.shape_index] = [place]
+        self._places, self._packets = Rows(places, UInt32), Packets(self._records)
+        self._numbers = [number for number in numbers if number is not None]
+
+    def at(self, shape_index, active):
+        """Return whether each lane's shape is an emitter, its record, and its light (None if none is sampled)."""
+        place = self._places.row(shape_index, active)[0]
+        shines = active & (place != NO_EMITTER)
+        row = self._packets.row(place, shines)
+        return shines, row, LightNumber(UInt32(row[LIGHT]), self._numbers) if self._numbers else None
