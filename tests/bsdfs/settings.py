@@ -35,6 +35,14 @@ class Setting:
         """Whether it has more than delta parts."""
         return self.kind.smooth(self.record)
 
+    @property
+    def width(self):
+        """The width of the narrowest lobe that is not delta, in slopes: against it half vectors are rounded."""
+        if self.record.__class__ is keys.Principled:
+            coat = 0.1 - 0.099 * self.record.clearcoatgloss if self.record.clearcoat else 1.0
+            return min(max(1e-3, self.record.roughness**2), coat)
+        return getattr(self.record, "alpha", 1.0) or 1.0
+
     def lanes(self, also=()):
         """Return (p, has) of the instance, in a kernel that has the features of the settings `also` too."""
         has = frozenset(name for setting in (self, *also) for name in setting.kind.features(setting.record))

@@ -8,7 +8,7 @@ from renderer.core.backend import Float, Vector2f, Vector3f
 from tests.bsdfs.settings import SETTINGS, SMOOTH, array, directions, each, numbers
 
 COUNT = 200_000
-GRID = 2048  # directions each way in integrals over the sphere
+GRID = 1024  # directions each way in integrals over the sphere
 
 
 def sampled(setting, wi, u, u2):
@@ -47,22 +47,24 @@ def test_weight_is_value_over_density(setting):
     rough = alive & (delta == 0)
     np.testing.assert_allclose(weight[rough], value[rough] / pdf_sa[rough, None], rtol=1e-4, atol=1e-5)
     # wo is rounded, which moves the half vector by a few 1e-7 against the width of the lobe
-    alpha = getattr(setting.record, "alpha", 1.0)
-    close = np.isclose(pdf[rough], pdf_sa[rough], rtol=1e-4 + 1e-5 / alpha)
+    close = np.isclose(pdf[rough], pdf_sa[rough], rtol=1e-4 + 1e-5 / setting.width)
     assert close.mean() > 0.999
 
 
 def grid():
-    """Return directions over the whole sphere and the solid angle of each."""
-    z = (np.arange(GRID) + 0.5) / GRID * 2 - 1
+    """Return directions over the whole sphere, at even polar angles, and the solid angle of each."""
+    theta = (np.arange(GRID) + 0.5) / GRID * np.pi
     phi = (np.arange(GRID) + 0.5) / GRID * 2 * np.pi
-    z, phi = (part.ravel() for part in np.meshgrid(z, phi, indexing="ij"))
-    sin = np.sqrt(1 - z * z)
-    w = np.stack([sin * np.cos(phi), sin * np.sin(phi), z]).astype(np.float32)
-    return Vector3f(*w), 4 * np.pi / z.size
+    theta, phi = (part.ravel() for part in np.meshgrid(theta, phi, indexing="ij"))
+    sin = np.sin(theta)
+    w = np.stack([sin * np.cos(phi), sin * np.sin(phi), np.cos(theta)]).astype(np.float32)
+    return Vector3f(*w), sin * 2 * (np.pi / GRID) ** 2
 
 
-WIDE = [setting for setting in SMOOTH if "0.001" not in setting.name and "0.05" not in setting.name]
+# Narrower lobes fall between the directions of the grid; at an index near 1 the refracted one is narrower than alpha.
+WIDE = [setting for setting in SMOOTH if setting.width > 0.1 and setting.name != "roughdielectric-1.0"]
+# Burley's material is not made to conserve energy: white it would reflect this much at grazing angles.
+MADE_BY_PRINCIPLED = 1.25
 INCIDENCES = (0.05, 0.4, 0.9, 1.0)
 
 
@@ -78,7 +80,7 @@ def test_density_integrates_to_what_is_sampled(setting, cos):
     """The density integrates to the share of samples that do not fail and are not delta, and so never above 1."""
     wi = incident(cos)
     wo, solid_angle = grid()
-    integral = evaluated(setting, wi, wo)[1].sum() * solid_angle
+    integral = evaluated(setting, wi, wo)[1] @ solid_angle
     _, _, pdf, _, _ = sampled(setting, wi, *numbers(COUNT, 3))
     # 3e-3: the fit of Beckmann's masking
     assert integral == pytest.approx((pdf > 0).mean(), abs=4 * 0.5 / COUNT**0.5 + 3e-3)
@@ -89,10 +91,11 @@ def test_density_integrates_to_what_is_sampled(setting, cos):
 @pytest.mark.parametrize("cos", INCIDENCES)
 def test_no_energy_is_made(setting, cos):
     """The albedo is at most 1; of lossless settings it is 1. What is refracted counts without the change of radiance."""
+    most = MADE_BY_PRINCIPLED if "principled" in setting.name else 1
     _, weight, _, _, eta = sampled(setting, incident(cos), *numbers(COUNT, 4))
     energy = weight * (eta**2)[:, None]
     mean, deviation = energy.mean(0), energy.std(0) / COUNT**0.5
-    assert (mean < 1 + 4 * deviation + 3e-3).all()
+    assert (mean < most + 4 * deviation + 3e-3).all()
     if setting.lossless:
         np.testing.assert_allclose(mean, 1, atol=(4 * deviation).max() + 2e-5)
 
