@@ -1,6 +1,7 @@
 """An image of what is infinitely far away, by longitude and latitude, +y up.
 
-A direction d is seen at u = atan2(d_x, -d_z) / 2 pi (plus the rotation), v = acos(d_y) / pi. Columns are periodic, with
+A direction d is seen at u = atan2(-d_x, -d_z) / 2 pi (minus the rotation), v = acos(d_y) / pi: u grows to the right in
+pictures of this renderer's camera, so that the image is not mirrored. Columns are periodic, with
 texel i at u = (i + 1/2) / W; the first row of texels lies at v = 0 and the last at v = 1. Between texels colours are
 interpolated, and so is what directions are chosen by: luminance times sin(theta). It is bilinear between texels as the
 colours are, so that density and colour differ only by how the sine bends within a row [Pharr2023, sec. 12.5].
@@ -54,7 +55,7 @@ class Environment:
     def radiance(self, d):
         """Return the colour seen in a direction, and the density of `sample` for it."""
         width, height = map(Float, self._size)
-        x = (dr.atan2(d.x, -d.z) * (1 / TURN) + self._turns) * width - 0.5
+        x = (dr.atan2(-d.x, -d.z) * (1 / TURN) - self._turns) * width - 0.5
         x -= width * dr.floor(x / width)
         y = dr.safe_acos(d.y) * (1 / math.pi) * (height - 1)
         column = lesser(dr.floor(x), width - 1)
@@ -75,10 +76,10 @@ class Environment:
         fy = _linear(u2.y, a + b, c + d)
         fx = _linear(vx, dr.lerp(a, c, fy), dr.lerp(b, d, fy))
         colour = _bilinear(corners, fx, fy)
-        sin_phi, cos_phi = dr.sincos(((Float(column) + fx + 0.5) / Float(width) - self._turns) * TURN)
+        sin_phi, cos_phi = dr.sincos(((Float(column) + fx + 0.5) / Float(width) + self._turns) * TURN)
         sin, cos = dr.sincos((Float(row) + fy) * math.pi / (Float(height) - 1))
         sin = greater(sin, Float(TINY))
-        wo = Vector3f(sin * sin_phi, cos, -sin * cos_phi)
+        wo = Vector3f(-sin * sin_phi, cos, -sin * cos_phi)
         pdf_sa = greater(colour[3] / sin, Float(TINY))  # 0 on the rim of a patch, where it is black
         return DirectSample(wo, Float(FAR), Vector3f(*colour[:3]), pdf_sa, Bool(False))
 
