@@ -61,7 +61,7 @@ def alias(weights, places):
     """Return for each place of (R, places) the share of its own number, and the other number, of (R, N) weights.
 
     Light things (below the mean) and heavy ones are each taken in their order: a heavy one fills the places of light
-    ones up until less than its own place is left of it, and the next heavy one fills that [Hubschle2022, sec. 4.3].
+    ones up until less than its own place is left of it, and the next heavy one fills that [Hubschle2022].
     With prefix sums of what light ones lack and heavy ones have too much, each finds its other by a binary search. In
     every row both sums are equal, so that one pass serves all rows; indices are held to their row against rounding.
     """
