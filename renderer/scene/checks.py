@@ -7,22 +7,15 @@ from __future__ import annotations
 
 import os
 
-from renderer.core.hull import interior_point, scale_of, unit_halfspaces
-from renderer.core.vectors import cross, dot, length, subtract, unit
-from renderer.scene import schema, transform
+from renderer.core.vectors import cross, length, subtract, unit
+from renderer.scene import schema
+from renderer.scene.checks_lights import check_lights
+from renderer.scene.checks_shapes import CHECKS, FLAT, PARALLEL
 from renderer.scene.findings import NOTE, WARNING, Finding, linked, quoted
 from renderer.scene.loaded import resolve
-from renderer.scene.media import encloses
-from renderer.scene.values import LARGEST
+from renderer.scene.materials import TEXTURABLE_KEYS, textures_of
 
-PARALLEL = 1e-6  # sine of the angle below which float32 cannot tell two directions apart reliably
-FLAT = 1e-7  # relative size (float32's resolution) below which an extent is nothing
-# Relative to the square of the largest coordinate. An edge is at most 2 sqrt(3) times that coordinate, so whatever is
-# dropped has a normal below 12 FLAT.
-CLEARLY = 12 * FLAT
-SHEETS = ("triangle", "plane", "rectangle", "disk", "mesh")  # without an inside
-FLAT_MATRIX = 1e-12  # volume of the box of a matrix's unit rows below which it is rounding of nothing
-RELAXATIONS = 64  # steps after which the search for an inner point becomes a linear programme
+NOT_ABOVE_ONE = "is a reflectance or a fraction here, so its colours must not be greater than 1"
 
 
 def check(description, directory, findings):
@@ -35,22 +28,25 @@ def check(description, directory, findings):
     world, kept = description.scene, []
     if world is None or world.shapes is None:
         return kept
-    textures, meshes, shapes_at = {}, {}, linked(("scene", "shapes"))
+    materials, textures, meshes, shapes_at = {}, {}, {}, linked(("scene", "shapes"))
     for index, shape in enumerate(world.shapes):
         if shape is None:
             continue
         at = (shapes_at, index)
         before = len(findings)
         CHECKS[shape.type](shape, at, findings)
-        if type(shape.material.texture) is str:
-            textures.setdefault(shape.material.texture, ((at, "material"), "texture"))
+        if id(shape.material) not in materials:  # many shapes share one
+            materials[id(shape.material)] = shape.material
+            _check_material(shape.material, (at, "material"), textures, findings)
         if shape.type == "mesh":
             meshes.setdefault(shape.filename, (at, "filename"))
         if len(findings) == before:
             kept.append((index, shape))
     _check_files("texture", textures, directory, findings)
     _check_files("mesh", meshes, directory, findings)
-    _check_lights(description, kept, findings)
+    _check_files("environment", _environments(world.lightsources), directory, findings)
+    check_lights(description, kept, findings)
+    _note_unused(description, findings)
     if not kept and None not in world.shapes:
         why = "has no shapes" if not world.shapes else "has no shapes left that could be seen"
         findings.append(Finding(linked(("scene",)), f"{why}; only the background is rendered", severity=NOTE))
@@ -64,10 +60,15 @@ def too_many_pixels(width, height):
 
 
 def _check_camera(camera, findings):
-    """Find pictures that are too large and cameras without a direction."""
+    """Find pictures that are too large, cameras without a direction, and settings of a lens that is not there."""
     at = (None, "camera")
     if camera.width * camera.height > schema.MAX_PIXELS:
         findings.append(Finding((at, "width"), too_many_pixels(camera.width, camera.height)))
+    if camera.type == "pinhole" and camera.apertureRadius > 0:
+        message = "a pinhole has no lens, so all is sharp; set type to \"thinlens\" for depth of field"
+        findings.append(Finding((at, "apertureRadius"), message, severity=WARNING))
+    if camera.type == "thinlens" and camera.apertureRadius == 0:
+        findings.append(Finding((at, "type"), "a lens with apertureRadius 0 shows all sharp", severity=NOTE))
     view = subtract(camera.lookAt, camera.position)
     scale = max(map(abs, camera.lookAt + camera.position))
     if length(view) <= FLAT * scale or not any(view):
@@ -79,6 +80,29 @@ def _check_camera(camera, findings):
     elif length(cross(unit(view), unit(camera.upVector))) < PARALLEL:
         message = "must not be parallel to the direction of view (lookAt - position): the picture has no up then"
         findings.append(Finding((at, "upVector"), message))
+
+
+def _check_material(material, at, textures, findings):
+    """Add the files that a material names to {name: place of the first mention}; find boards of impossible colours."""
+    for path, source in [*textures_of(material, paths=False), *textures_of(material, paths=True)]:
+        here = at
+        for step in path:
+            here = (here, step)
+        if isinstance(source, str):
+            textures.setdefault(source, here)
+    for name in TEXTURABLE_KEYS.get(type(material.bsdf), ()):
+        board = getattr(material.bsdf, name)
+        if getattr(board, "type", None) == "checkerboard" and max(board.color1 + board.color2) > 1:
+            findings.append(Finding(((at, "bsdf"), name), NOT_ABOVE_ONE))
+
+
+def _environments(lights):
+    """Return {file name: place} of the first mention of each environment."""
+    found = {}
+    for index, light in enumerate(lights or ()):
+        if light is not None and light.type == "environment":
+            found.setdefault(light.filename, (linked(("scene", "lightsources", index)), "filename"))
+    return found
 
 
 def _check_files(what, names, directory, findings):
@@ -97,186 +121,30 @@ def _printable(path):
     return str(path).encode("utf-8", "replace").decode("utf-8")
 
 
-def _check_lights(description, kept, findings):
-    """Find phong scenes that nothing lights, and lights walled in by a shape."""
-    world = description.scene
-    if description.rendermode != "phong" or world.lightsources is None:
+def _note_unused(description, findings):
+    """Tell once what counts in mode pathtracer only, where the mode is phong."""
+    if description.rendermode != "phong":
         return
-    if not world.lightsources and world.shapes:
-        findings.append(Finding((None, "scene"), "has no lightsources; only ambientlight will be seen",
-                                severity=NOTE))
-    closed = [(index, shape) for index, shape in kept if shape.type not in SHEETS]
-    for number, light in enumerate(world.lightsources):
-        if light is None:
+    shapes_at = linked(("scene", "shapes"))
+    told = set()
+    for index, shape in enumerate(description.scene.shapes):
+        if shape is None:
             continue
-        for index, shape in closed:
-            if encloses(shape, [light.position]):
-                message = f"is inside scene.shapes[{index}] ({shape.type}), so it lights nothing outside of it"
-                findings.append(Finding(linked(("scene", "lightsources", number, "position")), message,
-                                        severity=NOTE))
-                break
+        material = shape.material
+        if "emission" not in told and any(shape.emission):
+            told.add("emission")
+            _note_paths_only(((shapes_at, index), "emission"), "the shape does not shine", findings)
+        if "bsdf" not in told and material.bsdf is not None:
+            told.add("bsdf")
+            _note_paths_only((((shapes_at, index), "material"), "bsdf"), "the keys of phong mode count", findings)
+        if "maps" not in told and (material.normalmap or material.bumpmap):
+            told.add("maps")
+            name = "normalmap" if material.normalmap else "bumpmap"
+            _note_paths_only((((shapes_at, index), "material"), name), "the surface is smooth", findings)
+    environments = _environments(description.scene.lightsources)
+    for (at, _) in list(environments.values())[:1]:
+        _note_paths_only(at, "backgroundcolor counts", findings)
 
 
-# Shapes that are none
-
-
-def _check_nothing(shape, at, findings):
-    """A sphere's only condition is a radius greater than 0, which its key states."""
-
-
-def _check_cylinder(shape, at, findings):
-    if not any(shape.axis):
-        findings.append(Finding((at, "axis"), "must not be [0, 0, 0]: the cylinder needs a direction"))
-
-
-def _check_plane(shape, at, findings):
-    if not any(shape.normal):
-        findings.append(Finding((at, "normal"), "must not be [0, 0, 0]: the plane needs a direction"))
-
-
-def _check_disk(shape, at, findings):
-    if not any(shape.normal):
-        findings.append(Finding((at, "normal"), "must not be [0, 0, 0]: the disk needs a direction"))
-
-
-def _check_rectangle(shape, at, findings):
-    """Find edges that are nothing or parallel."""
-    before = len(findings)
-    for name in ("u", "v"):
-        if not any(getattr(shape, name)):
-            findings.append(Finding((at, name), "must not be [0, 0, 0]: the rectangle needs two edges"))
-    if len(findings) == before and length(cross(unit(shape.u), unit(shape.v))) < PARALLEL:
-        findings.append(Finding((at, "v"), "must not be parallel to u: the rectangle has no area then"))
-
-
-def _check_triangle(shape, at, findings):
-    if not _is_clearly_a_triangle(shape.v0, shape.v1, shape.v2):
-        _check_thin_triangle(shape, at, findings)
-
-
-def _is_clearly_a_triangle(v0, v1, v2):
-    """Return whether a triangle is far from being dropped, as nearly all of a hundred thousand are: without a root."""
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = v0, v1, v2
-    reach = max(ax, ay, az, bx, by, bz, cx, cy, cz, -ax, -ay, -az, -bx, -by, -bz, -cx, -cy, -cz)
-    bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
-    across = max(abs(by * cz - bz * cy), abs(bz * cx - bx * cz), abs(bx * cy - by * cx))
-    return across > CLEARLY * reach * reach
-
-
-def _check_thin_triangle(shape, at, findings):
-    e1, e2, e3 = subtract(shape.v1, shape.v0), subtract(shape.v2, shape.v0), subtract(shape.v2, shape.v1)
-    longest = max(length(e1), length(e2), length(e3))
-    resolution = FLAT * max(map(abs, shape.v0 + shape.v1 + shape.v2))
-    # twice the area over the longest edge is the least height
-    if longest <= resolution or length(cross(e1, e2)) <= max(resolution, FLAT * longest) * longest:
-        findings.append(Finding(at, "dropped: this triangle has no area", severity=WARNING))
-
-
-def _check_box(shape, at, findings):
-    for axis, low, high in zip("xyz", shape.min, shape.max, strict=True):
-        if low > high:
-            findings.append(Finding((at, "min"), f"must not be greater than max in any axis; in {axis} it is "
-                                                 f"{low:g} against {high:g}"))
-            return
-    if any(high - low <= FLAT * max(abs(low), abs(high)) for low, high in zip(shape.min, shape.max, strict=True)):
-        findings.append(Finding(at, "dropped: this box has no volume, min equals max in an axis", severity=WARNING))
-
-
-def _gives_one(record, at, findings):
-    """Return whether exactly one of the record's alternative keys is given."""
-    names = schema.EXACTLY_ONE[type(record)]
-    given = [name for name in names if getattr(record, name) is not None]
-    if len(given) != 1:
-        told = f"{', '.join(names[:-1])} and {names[-1]}"
-        found = " and ".join(given) + " are" if given else "none is" if len(names) > 2 else "neither is"
-        findings.append(Finding(at, f"exactly one of {told} must be given, {found}"))
-    return len(given) == 1
-
-
-def _check_mesh(shape, at, findings):
-    """Find steps that say nothing or too much, and transformations that flatten or lose the mesh."""
-    before = len(findings)
-    for number, step in enumerate(shape.transform):
-        here = ((at, "transform"), number)
-        if not _gives_one(step, here, findings):
-            continue
-        if step.rotate is not None and not any(step.rotate.axis):
-            message = "must not be [0, 0, 0]: the rotation needs a direction"
-            findings.append(Finding(((here, "rotate"), "axis"), message))
-        if step.matrix is not None:
-            if step.matrix[12:] != (0.0, 0.0, 0.0, 1.0):
-                findings.append(Finding((here, "matrix"), "must end in 0, 0, 0, 1: perspective is no place for a mesh"))
-            elif _is_flat(step.matrix):
-                findings.append(Finding((here, "matrix"), "must be invertible: this one makes the mesh flat"))
-    if len(findings) == before and not all(abs(entry) <= LARGEST for row in transform.matrix(shape.transform)
-                                           for entry in row):  # NaN compares false
-        findings.append(Finding((at, "transform"), f"leads beyond {LARGEST:g} in size, because its steps multiply"))
-
-
-def _is_flat(matrix):
-    """Return whether a 4 x 4 matrix, row by row, leaves less than three dimensions in double precision."""
-    rows = [matrix[start : start + 3] for start in (0, 4, 8)]
-    sizes = [length(row) for row in rows]
-    return not all(sizes) or abs(dot(unit(rows[0]), cross(unit(rows[1]), unit(rows[2])))) <= FLAT_MATRIX
-
-
-def _check_convex(shape, at, findings):
-    if not _gives_one(shape, at, findings):
-        return
-    if shape.halfspaces is not None:
-        _check_halfspaces(shape.halfspaces, at, findings)
-    elif not _is_solid(shape.vertices):
-        findings.append(Finding(at, "dropped: this convex volume is empty, its vertices lie in one plane",
-                                severity=WARNING))
-
-
-def _check_halfspaces(halfspaces, at, findings):
-    """Find half-spaces without a direction, and those whose intersection has no inside."""
-    wrong = [row for row, (x, y, z, _) in enumerate(halfspaces) if not (x or y or z)]
-    for row in wrong:
-        message = "must not have the normal [0, 0, 0]: a half-space needs a direction"
-        findings.append(Finding(((at, "halfspaces"), row), message, list(halfspaces[row])))
-    if wrong:
-        return
-    if not _has_inside(halfspaces):
-        findings.append(Finding(at, "dropped: this convex volume is empty, no point is in all its half-spaces",
-                                severity=WARNING))
-
-
-def _has_inside(halfspaces):
-    """Return whether some ball, large against float32's resolution of the volume, is in all half-spaces."""
-    planes = unit_halfspaces(halfspaces, None)
-    scale = scale_of(planes)
-    # Most volumes give an inner point at once when one steps into the half-space that is left the most; the linear
-    # programme takes a third of a second to import.
-    p = (0.0, 0.0, 0.0)
-    for _ in range(RELAXATIONS):
-        excess, normal = max((dot(plane, p) - plane[3], plane) for plane in planes)
-        if excess < -FLAT * scale:
-            return True
-        step = excess + 1e-3 * scale
-        p = p[0] - step * normal[0], p[1] - step * normal[1], p[2] - step * normal[2]
-    return interior_point(planes)[1] > FLAT * scale
-
-
-def _is_solid(vertices):
-    """Return whether points span a volume: grow the simplex of points that are farthest from each other."""
-    first = vertices[0]
-    resolution = FLAT * max(max(map(abs, vertex)) for vertex in vertices)
-    offsets = [subtract(vertex, first) for vertex in vertices]
-    along = max(offsets, key=length)
-    if length(along) <= resolution:
-        return False
-    along = unit(along)
-    across = max((cross(along, offset) for offset in offsets), key=length)
-    if length(across) <= resolution:
-        return False
-    normal = unit(across)
-    return max(abs(dot(normal, offset)) for offset in offsets) > resolution
-
-
-CHECKS = {
-    "sphere": _check_nothing, "cylinder": _check_cylinder, "triangle": _check_triangle,
-    "plane": _check_plane, "box": _check_box, "convex": _check_convex, "mesh": _check_mesh,
-    "rectangle": _check_rectangle, "disk": _check_disk,
-}
+def _note_paths_only(at, instead, findings):
+    findings.append(Finding(at, f'counts in mode "{schema.PATHTRACER}" only; here {instead}', severity=NOTE))

@@ -142,3 +142,146 @@ def test_textures_are_found_where_scenes_in_circulation_keep_them(document, tmp_
     document["scene"]["shapes"][0]["material"] = {"texture": written}
     loaded = from_dict(document, directory=tmp_path)
     assert loaded.resolve(written) == tmp_path / lies
+
+
+def with_light(document, light, mode="pathtracer", **options):
+    """Return the loaded scene of one light."""
+    document["scene"]["lightsources"] = [light]
+    return from_dict(document | {"rendermode": mode}, **options)
+
+
+SPOT = {"type": "spot", "position": [0, 5, -5], "direction": [0, -1, 1], "intensity": [1, 1, 1]}
+SUN = {"type": "directional", "direction": [0, -1, 1], "intensity": [1, 1, 1]}
+AREA = {"type": "arealight", "position": [9, 9, -9], "u": [1, 0, 0], "v": [0, 0, 1], "intensity": [1, 1, 1]}
+DISK = {"type": "disklight", "position": [9, 9, -9], "normal": [0, -1, 0], "radius": 1, "intensity": [1, 1, 1]}
+
+
+@pytest.mark.parametrize(("light", "key", "message"), [
+    (SPOT | {"direction": [0, 0, 0]}, "direction", "needs a direction"),
+    (SPOT | {"cutoff": 20, "beamwidth": 21}, "beamwidth", "must not be greater than cutoff, which is 20"),
+    (SUN | {"direction": [0, 0, 0]}, "direction", "needs a direction"),
+    (AREA | {"u": [0, 0, 0]}, "u", "needs two edges"),
+    (AREA | {"u": [0, 0, -2]}, "v", "must not be parallel to u"),
+    (DISK | {"normal": [0, 0, 0]}, "normal", "needs a direction"),
+])
+def test_a_light_without_direction_or_extent_is_refused(document, light, key, message):
+    """At its key."""
+    with pytest.raises(SceneError) as caught:
+        with_light(document, light)
+    (problem,) = caught.value.problems
+    assert problem.key_path == f"scene.lightsources[0].{key}" and message in problem.message
+
+
+@pytest.mark.parametrize("light", [SPOT | {"cutoff": 20, "beamwidth": 20}, SPOT, SUN, AREA, DISK])
+def test_a_sound_light_is_no_remark(document, light):
+    """Whatever its kind."""
+    assert with_light(document, light, strict=True).warnings == ()
+
+
+@pytest.mark.parametrize(("shape", "key"), [
+    ({"type": "rectangle", "center": [0, 0, 0], "u": [0, 0, 0], "v": [1, 0, 0]}, "u"),
+    ({"type": "rectangle", "center": [0, 0, 0], "u": [1, 1, 0], "v": [-2, -2, 0]}, "v"),
+    ({"type": "disk", "center": [0, 0, 0], "normal": [0, 0, 0], "radius": 1}, "normal"),
+])
+def test_a_sheet_without_direction_or_extent_is_refused(document, shape, key):
+    """At its key."""
+    with pytest.raises(SceneError) as caught:
+        with_shape(document, shape)
+    assert [problem.key_path for problem in caught.value.problems] == [f"scene.shapes[0].{key}"]
+
+
+@pytest.mark.parametrize("mode", ["phong", "pathtracer"])
+@pytest.mark.parametrize("light", [SPOT | {"position": [0, 0, 0]}, AREA | {"position": [0, 0, 0]},
+                                   DISK | {"position": [0, 0, 0]}], ids=["spot", "arealight", "disklight"])
+def test_any_light_inside_a_closed_shape_is_told(document, light, mode):
+    """But in path-traced scenes light gets out of glass."""
+    document["scene"]["shapes"] = [document["scene"]["shapes"][0]]
+    document["samples"] = 4
+    (warning,) = with_light(document, light, mode).warnings
+    assert (warning.key_path, warning.is_note) == ("scene.lightsources[0].position", True)
+    document["scene"]["shapes"][0]["material"] = {"bsdf": {"type": "dielectric"}, "isrefractive": mode == "phong"}
+    told = [w.key_path for w in with_light(document, light, mode).warnings]
+    assert ("scene.lightsources[0].position" in told) == (mode == "phong")
+
+
+def test_only_one_environment_is_around(document, tmp_path):
+    """The second one is refused, and each file is looked for."""
+    sky = {"type": "environment", "filename": "sky.hdr"}
+    document["scene"]["lightsources"] = [sky, sky, sky]
+    with pytest.raises(SceneError) as caught:
+        from_dict(document, directory=tmp_path)
+    told = {problem.key_path: problem.message for problem in caught.value.problems}
+    assert told.keys() == {"scene.lightsources[1]", "scene.lightsources[0].filename"}
+    assert "environment 'sky.hdr': no such file" in told["scene.lightsources[0].filename"]
+
+
+@pytest.mark.parametrize(("material", "where"), [
+    ({"bsdf": {"type": "diffuse", "reflectance": "no.png"}}, "bsdf.reflectance"),
+    ({"bsdf": {"type": "principled", "metallic": "no.png"}}, "bsdf.metallic"),
+    ({"normalmap": "no.png"}, "normalmap"), ({"bumpmap": "no.png"}, "bumpmap"),
+    ({"texture": "no.png", "bsdf": {"type": "mirror"}}, "texture"),
+])
+@pytest.mark.parametrize("mode", ["phong", "pathtracer"])
+def test_every_file_of_a_material_is_looked_for(document, tmp_path, material, where, mode):
+    """In every mode, because a mistake is one."""
+    document["scene"]["shapes"][2]["material"] = material
+    with pytest.raises(SceneError) as caught:
+        from_dict(document | {"rendermode": mode}, directory=tmp_path)
+    assert [problem.key_path for problem in caught.value.problems] == [f"scene.shapes[2].material.{where}"]
+
+
+def test_a_board_cannot_reflect_more_than_it_gets(document):
+    """Its colours are those of anything, where it is a reflectance they are not."""
+    board = {"type": "checkerboard", "color1": [0, 0, 1.5]}
+    document["scene"]["shapes"][0]["material"] = {"texture": board}
+    assert from_dict(document).warnings == ()
+    document["scene"]["shapes"][0]["material"] = {"bsdf": {"type": "diffuse", "reflectance": board}}
+    with pytest.raises(SceneError, match="must not be greater than 1"):
+        from_dict(document)
+
+
+@pytest.mark.parametrize(("camera", "key"), [
+    ({"apertureRadius": 0.1}, "apertureRadius"), ({"type": "thinlens"}, "type"),
+    ({"type": "thinlens", "apertureRadius": 0.1}, None), ({"focusDistance": 3}, None),
+])
+def test_a_lens_that_does_nothing_is_told(document, camera, key):
+    """A pinhole has none, and one of radius 0 is a pinhole."""
+    document["camera"] |= camera
+    assert [w.key_path for w in from_dict(document).warnings] == ([f"camera.{key}"] if key else [])
+
+
+def test_a_light_of_no_power_is_told(document):
+    """It costs time."""
+    notes = with_light(document, AREA | {"intensity": [0, 0, 0]}).warnings
+    assert [w.key_path for w in notes] == ["scene.lightsources[0]", "scene"]
+    assert "intensity is 0" in notes[0].message and "nothing gives light" in notes[1].message
+
+
+@pytest.mark.parametrize("change", [
+    {"lightsources": [SUN]}, {"backgroundcolor": [0, 0, 0.1]},
+    {"shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "emission": [1, 0, 0]}]},
+], ids=["light", "background", "emission"])
+def test_a_path_traced_scene_without_light_is_told(document, change):
+    """Any light will do."""
+    document["scene"]["lightsources"] = []
+    document["rendermode"] = "pathtracer"
+    (warning,) = from_dict(document).warnings
+    assert (warning.key_path, warning.is_note) == ("scene", True) and "will be black" in warning.message
+    document["scene"] |= change
+    assert from_dict(document).warnings == ()
+
+
+def test_what_phong_mode_leaves_out_is_told_once(document, tmp_path):
+    """Emission, BSDFs, maps and the environment; an area light that one ray a pixel sees."""
+    (tmp_path / "a.png").touch()
+    for shape in document["scene"]["shapes"]:
+        shape |= {"emission": [1, 1, 1], "material": {"bsdf": {"type": "mirror"}, "bumpmap": "a.png"}}
+    document["scene"]["lightsources"] = [AREA, DISK, {"type": "environment", "filename": "a.png"}]
+    told = [w.key_path for w in from_dict(document, directory=tmp_path, strict=True).warnings]
+    shape = "scene.shapes[0]"
+    assert sorted(told) == [
+        "scene.lightsources[0]", "scene.lightsources[2]", f"{shape}.emission", f"{shape}.material.bsdf",
+        f"{shape}.material.bumpmap",
+    ]  # fmt: skip
+    document |= {"rendermode": "pathtracer"}
+    assert from_dict(document, directory=tmp_path).warnings == ()

@@ -50,11 +50,11 @@ MISTAKES = [
      "is missing; it is a number greater than 0"),
     ("SHAPE", '{"type": "sphre"}', '"sphre"', "scene.shapes[1].type",
      "unknown shape type 'sphre', did you mean 'sphere'? "
-     "(known: sphere, cylinder, triangle, plane, box, convex, mesh)"),
+     "(known: sphere, cylinder, triangle, plane, box, convex, rectangle, disk, mesh)"),
     ("SHAPE", '{"radius": 3}', '{"radius": 3}', "scene.shapes[1].type",
-     "is missing; a shape is one of sphere, cylinder, triangle, plane, box, convex, mesh"),
+     "is missing; a shape is one of sphere, cylinder, triangle, plane, box, convex, rectangle, disk, mesh"),
     ("SHAPE", '{"type": 7}', "7", "scene.shapes[1].type",
-     "must be one of sphere, cylinder, triangle, plane, box, convex, mesh, got 7"),
+     "must be one of sphere, cylinder, triangle, plane, box, convex, rectangle, disk, mesh, got 7"),
     ("SHAPE", "42", "42", "scene.shapes[1]", "must be a shape: an object {...}, got 42"),
     ("SHAPE", '{"type": "convex"}', '{"type": "convex"}', "scene.shapes[1]",
      "exactly one of halfspaces and vertices must be given, neither is"),
@@ -84,7 +84,8 @@ MISTAKES = [
     ("SPHERE", ', "material": {"texturefilter": "bilinaer"}', '"bilinaer"', "scene.shapes[0].material.texturefilter",
      "unknown texture filter 'bilinaer', did you mean 'bilinear'? (known: nearest, bilinear)"),
     ("LIGHT", '{"type": "pointlght"}', '"pointlght"', "scene.lightsources[0].type",
-     "unknown light type 'pointlght', did you mean 'pointlight'? (known: pointlight)"),
+     "unknown light type 'pointlght', did you mean 'pointlight'? "
+     "(known: pointlight, spot, directional, arealight, disklight, environment)"),
     ("LIGHT", '{"type": "pointlight", "position": [4, 4, 4], "intensity": [1, 1, "1"]}', '"1"',
      "scene.lightsources[0].intensity[2]", "must be a number at least 0, got the text '1'"),
     ("CAMERA", ', "fov": 180', "180", "camera.fov", "must be greater than 0 and less than 180, got 180"),
@@ -100,12 +101,11 @@ MISTAKES = [
     ("CAMERA", ', "upVector": [0, 0, 0.0]', "[0, 0, 0.0]", "camera.upVector",
      "must not be [0, 0, 0]: the picture needs an up direction"),
     ("CAMERA", ', "type": "fisheye"', '"fisheye"', "camera.type",
-     "unknown camera type 'fisheye' (known: pinhole)"),
+     "unknown camera type 'fisheye' (known: pinhole, thinlens)"),
     ("TOP", ',\n  "rendermode": "phng"', '"phng"', "rendermode",
      "unknown rendermode 'phng', did you mean 'phong'? "
-     "(known: binary, phong, depth, normals, uv, albedo, shapes)"),
-    ("TOP", ',\n  "rendermode": "pathtracer"', '"pathtracer"', "rendermode",
-     "this version has no path tracer; choose another mode, for example with --mode phong"),
+     "(known: binary, phong, pathtracer, depth, normals, uv, albedo, shapes)"),
+    ("CAMERA", ', "focusDistance": 0', "0", "camera.focusDistance", "must be greater than 0, got 0"),
     ("TOP", ',\n  "samples": 0', "0", "samples", "must be between 1 and 16777216, got 0"),
     ("TOP", ',\n  "nbounces": {}', "{}", "nbounces", "must be a whole number between 0 and 64, got an empty object"),
     ("TOP", ',\n  "tonemap": "aces"', '"aces"', "tonemap", "unknown tonemap 'aces' (known: linear, reinhard, filmic)"),
@@ -278,7 +278,7 @@ def test_values_are_shown_short(refused, document):
 
 
 def test_another_mode_lets_a_path_traced_scene_load(scene_file, document):
-    """`mode` replaces a mode that this version does not have."""
+    """`mode` replaces the file's, and what nothing would light there is no remark then."""
     document["rendermode"] = "pathtracer"
     loaded = load(scene_file(document), mode="phong", strict=True)
     assert (loaded.description.rendermode, loaded.warnings) == ("phong", ())

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from renderer.core.errors import SceneError
-from renderer.scene import checks, composed, schema
+from renderer.scene import checks_shapes, composed, schema
 from renderer.scene.findings import NOTHING
 from renderer.scene.loader import from_dict
 
@@ -74,11 +74,11 @@ def test_no_triangle_is_kept_by_the_short_test_alone(scale, aspect, offset):
     """What it takes for a triangle, the long one does too."""
     v0, v1, v2 = ((offset * scale, y * scale, x * scale) for x, y in ((0, 0), (1, 0), (0.5, aspect)))
     findings = []
-    checks._check_thin_triangle(schema.Triangle(v0=v0, v1=v1, v2=v2), None, findings)
+    checks_shapes._check_thin_triangle(schema.Triangle(v0=v0, v1=v1, v2=v2), None, findings)
     if findings:
-        assert not checks._is_clearly_a_triangle(v0, v1, v2)
+        assert not checks_shapes._is_clearly_a_triangle(v0, v1, v2)
     elif aspect == 1.0 and offset < 1e3:
-        assert checks._is_clearly_a_triangle(v0, v1, v2)
+        assert checks_shapes._is_clearly_a_triangle(v0, v1, v2)
 
 
 def test_a_hundred_thousand_triangles_load_in_seconds(document):
