@@ -1,20 +1,25 @@
 """What a picture's samples add up to, one lane a pixel.
 
-Sums are compensated [Kahan1965]: what rounding cuts off is kept and added to the next sample, so that the error is that
-of a few roundings, however many samples there are. Samples are added one by one in their order, so that sums do not
-depend on how passes split them. A sample that is NaN or infinite is left out and counted. The compiler may fuse
-multiplications and additions, but not reorder them (the tests hold that): FastMath keeps the compensation.
+Sums are compensated [Kahan1965]: what rounding adds too much is kept and taken from the next sample, so that the error
+is that of a few roundings, however many samples there are. Samples are added one by one in their order, so that sums do
+not depend on how passes split them. A sample that is NaN or infinite is left out and counted. The compiler may fuse
+multiplications and additions, but not reorder them: FastMath keeps the compensation, and the tests hold that.
+
+The variance of samples comes from compensated sums of luminance and its square, subtracted in double precision; the
+squares' own roundings hide deviations below about 2^-12 of the luminance.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import drjit as dr
 
-from renderer.core.backend import Float, UInt32, Vector3f
+from renderer.core.backend import Float, Float64, UInt32, Vector3f
 
 LARGEST = 3.4e38  # float32's, rounded down; comparisons with it are false for NaN
+LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear sRGB primaries, ITU-R BT.709
+LEAST_WEIGHT = 0.5  # mean of signs below which a few samples of a signed filter are not divided by it
 
 
 def is_finite(colour):
@@ -22,34 +27,100 @@ def is_finite(colour):
     return abs(dr.sum(colour)) <= LARGEST
 
 
+def luminance(colour):
+    """Return the luminance of linear sRGB, in the colour's own precision."""
+    return sum(weight * channel for weight, channel in zip(LUMINANCE, colour))
+
+
 @dataclass
 class Film:
-    """Sums of radiance and of squared luminance, and the number of samples left out; None where nobody asked."""
+    """Sums over the samples of each pixel; those that nobody needs are None and are not computed."""
 
-    total: Vector3f
+    total: Vector3f  # radiance
     rest: Vector3f | None  # what rounding added to `total` too much; None for a single sample
-    lost: UInt32
+    lost: UInt32  # samples left out
+    signs: Float | None = None  # of samples under a filter that is somewhere negative
+    squares: Float | None = None  # of luminance
+    squares_rest: Float | None = None
 
     @staticmethod
-    def empty(pixels, single=False):
+    def empty(pixels, single=False, signed=False, variance=False):
         """Return a film without samples; a `single` one takes one sample a pixel."""
-        zero = dr.zeros(Vector3f, pixels)
-        return Film(zero, None if single else dr.zeros(Vector3f, pixels), dr.zeros(UInt32, pixels))
+        film = Film(dr.zeros(Vector3f, pixels), None if single else dr.zeros(Vector3f, pixels), dr.zeros(UInt32, pixels))
+        if signed:
+            film.signs = dr.zeros(Float, pixels)
+        if variance:
+            film.squares, film.squares_rest = dr.zeros(Float, pixels), dr.zeros(Float, pixels)
+        return film
 
-    def add(self, colour, where):
-        """Return the film with one sample more in the lanes `where`."""
+    def opaque(self):
+        """Return the film as evaluated arrays of its own for every sum.
+
+        `dr.make_opaque` would give equal zeros one array, and a kernel with fewer inputs than that of the next pass.
+        """
+        return Film(**{name: _opaque(getattr(self, name)) for name in self.__dataclass_fields__})
+
+    def add(self, colour, where, negative=None):
+        """Return the film with one sample more in the lanes `where`, subtracted where `negative`."""
         finite = is_finite(colour)
-        colour = dr.select(where & finite, colour, 0)
+        kept = where & finite
         lost = self.lost + dr.select(where & ~finite, UInt32(1), 0)
+        colour = dr.select(kept, colour, 0)
+        film = replace(self, lost=lost)
+        if self.signs is not None:
+            colour = dr.select(negative, -colour, colour)
+            film.signs = self.signs + dr.select(kept, dr.select(negative, Float(-1), 1), 0)
+        if self.squares is not None:
+            film.squares, film.squares_rest = _plus(self.squares, self.squares_rest, dr.square(luminance(colour)))
         if self.rest is None:
-            return Film(self.total + colour, None, lost)
-        colour = colour - self.rest
-        total = self.total + colour
-        return Film(total, (total - self.total) - colour, lost)
+            film.total = self.total + colour
+        else:
+            film.total, film.rest = _plus(self.total, self.rest, colour)
+        return film
+
+    def count(self, samples):
+        """Return how many of `samples` samples each pixel has kept."""
+        return dr.opaque(UInt32, samples) - self.lost
 
     def mean(self, samples):
-        """Return the mean radiance of the samples that are not lost, of `samples` in all; 0 where all are."""
-        if self.rest is None:
+        """Return the mean radiance of the samples kept of so many; 0 where all are lost.
+
+        A signed filter is normalised by its samples' own weight, so that what is even stays even.
+        """
+        if self.rest is None and self.signs is None:
             return self.total
-        count = Float(dr.opaque(UInt32, samples) - self.lost)
-        return self.total / dr.select(count > 0, count, 1)
+        count = Float(self.count(samples))
+        if self.signs is not None:
+            least = LEAST_WEIGHT * count
+            count = dr.select(abs(self.signs) < least, least, self.signs)
+        return self.total / dr.select(count == 0, 1, count)
+
+    def variance(self, samples):
+        """Return the variance of each pixel's mean luminance as independent samples would have it; 0 for less than 2."""
+        count = Float64(self.count(samples))
+        summed = luminance([Float64(total) - Float64(rest) for total, rest in zip(self.total, self.rest)])
+        squares = Float64(self.squares) - Float64(self.squares_rest)
+        spread = squares - dr.square(summed) / dr.select(count > 0, count, 1)
+        divisor = count * (count - 1)
+        return dr.select((divisor > 0) & (spread > 0), spread / dr.select(divisor > 0, divisor, 1), 0)
+
+    def relative_error(self, samples):
+        """Return the root mean square of the pixels' standard errors over the mean luminance, as a number."""
+        variance = dr.mean(self.variance(samples)).item()
+        brightness = dr.mean(Float64(luminance(self.mean(samples)))).item()
+        return variance**0.5 / brightness if brightness > 0 else 0.0
+
+
+def _opaque(zeros):
+    if zeros is None:
+        return None
+    if dr.depth_v(zeros) > 1:
+        return type(zeros)(*map(_opaque, zeros))
+    return dr.opaque(type(zeros), 0, len(zeros))
+
+
+def _plus(total, rest, value):
+    """Return the sum and what rounding added to it too much."""
+    value = value - rest
+    summed = total + value
+    return summed, (summed - total) - value

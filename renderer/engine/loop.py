@@ -6,7 +6,8 @@ the longest path among them. The image stays in registers, and memory does not d
 
 import drjit as dr
 
-from renderer.core.backend import Float, Float64, UInt32, Vector2f, Vector3f
+from renderer.core.backend import Bool, Float, Float64, UInt32, Vector2f, Vector3f
+from renderer.engine.filters import Box
 from renderer.samplers.base import LENS, PIXEL, Draws
 
 
@@ -19,33 +20,60 @@ def pixel_corner(pixel, width):
     return Vector2f(Float(pixel - row * width), Float(row))
 
 
-def sample_pixels(integrator, camera, sampler, corner, film, first, end, centred=False):
+def camera_ray(camera, sampler, corner, sample, centred, pixel_filter):
+    """Return origin and direction of a sample's ray, and whether it counts negatively (None: the filter never does)."""
+    kind, row = camera
+    if centred:
+        return *kind.ray(row, corner + Vector2f(0.5)), None
+    offset = pixel_filter.offset(sampler.u2(sample, PIXEL))
+    lens = sampler.u2(sample, LENS) if kind.has_lens else None
+    return *kind.ray(row, corner + offset.position, lens), offset.negative
+
+
+def sample_pixels(integrator, camera, sampler, corner, film, first, end, centred=False, pixel_filter=Box()):
     """Return the Film (one lane a pixel) with the samples from `first` up to `end`, added in their order.
 
     `centred` sends every ray through the middle of its pixel and of the lens; `first` and `end` are opaque UInt32.
     """
-    kind, camera_row = camera
     lanes = dr.width(corner)
 
-    def camera_ray(sample):
-        if centred:
-            return kind.ray(camera_row, corner + Vector2f(0.5))
-        position = corner + sampler.u2(sample, PIXEL)
-        return kind.ray(camera_row, position, sampler.u2(sample, LENS) if kind.has_lens else None)
+    def ray(sample):
+        return camera_ray(camera, sampler, corner, sample, centred, pixel_filter)
 
     sample = first + dr.zeros(UInt32, lanes)
-    path = integrator.restart(integrator.start(lanes), True, *camera_ray(sample))
+    o, d, negative = ray(sample)
+    path = integrator.restart(integrator.start(lanes), True, o, d)
 
-    def advance(sample, path, current, film):
+    def advance(sample, path, current, negative, film):
         added, alive, path = integrator.step(path, Draws(sampler, sample))
         current = current + added
-        film = film.add(current, ~alive)
+        film = film.add(current, ~alive, negative)
         sample = sample + dr.select(alive, UInt32(0), 1)
         current = dr.select(alive, current, 0)
-        return sample, integrator.restart(path, ~alive, *camera_ray(sample)), current, film
+        o, d, next_negative = ray(sample)
+        if negative is not None:
+            negative = dr.select(alive, negative, next_negative)
+        return sample, integrator.restart(path, ~alive, o, d), current, negative, film
 
-    _, _, _, film = dr.while_loop(
-        (sample, path, dr.zeros(Vector3f, lanes), film),
-        lambda sample, path, current, film: sample < end, advance, label="samples",
+    *_, film = dr.while_loop(
+        (sample, path, dr.zeros(Vector3f, lanes), negative, film),
+        lambda sample, path, current, negative, film: sample < end, advance, label="samples",
     )
     return film
+
+
+def follow_sample(integrator, camera, sampler, corner, sample, centred=False, pixel_filter=Box()):
+    """Return the radiance of one sample a lane, whatever it is."""
+    o, d, _ = camera_ray(camera, sampler, corner, sample, centred, pixel_filter)
+    lanes = dr.width(corner)
+    path = integrator.restart(integrator.start(lanes), True, o, d)
+
+    def advance(path, radiance, alive):
+        added, goes_on, path = integrator.step(path, Draws(sampler, sample))
+        return path, radiance + dr.select(alive, added, 0), alive & goes_on
+
+    _, radiance, _ = dr.while_loop(
+        (path, dr.zeros(Vector3f, lanes), dr.full(Bool, True, lanes)),
+        lambda path, radiance, alive: alive, advance, label="one sample",
+    )
+    return radiance

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import drjit as dr
@@ -12,16 +13,16 @@ from renderer.core.backend import Float, UInt32, Vector2f, Vector3f
 from renderer.core.records import Ray
 from renderer.engine import tonemap as tonemapping
 from renderer.engine.film import Film
-from renderer.engine.loop import pixel_corner, sample_pixels
+from renderer.engine.filters import FILTERS
+from renderer.engine.loop import pixel_corner
+from renderer.engine.passes import Lost, Until, View, find_lost, refine
 from renderer.integrators import INTEGRATORS, first_hit
 from renderer.samplers import KINDS as SAMPLERS
-from renderer.scene.tables import compile_camera, compile_scene
 from renderer.scene.arrange import AUTO
 from renderer.scene.schema import DEBUG_MODES, PATHTRACER
+from renderer.scene.tables import compile_camera, compile_scene
 
-PASS_SECONDS = 0.5  # aim for the length of a pass: often enough for progress and Ctrl-C
-FIRST_PASS_SAMPLES = 4
-LONGEST_GROWTH = 8  # a pass is at most this many times the one before
+SHADED_MODES = ("phong", PATHTRACER)  # show light: are tone mapped, and have an albedo
 
 
 @dataclass(frozen=True)
@@ -40,10 +41,12 @@ class Rendering:
     mode: str
     width: int
     height: int
-    samples: int
+    samples: int  # a pixel, rendered
     timings: Timings
+    lost: Lost | None  # samples that were left out
     _colour: Vector3f  # linear, one lane a pixel, mean over the samples; of debug modes the picture in [0, 1]
     _named: dict  # raw channels of debug modes
+    _beside: Callable  # () -> further channels, for who wants them
     _tonemap: str
     _exposure: float
 
@@ -52,15 +55,17 @@ class Rendering:
         """Samples of all pixels together over the time spent rendering."""
         return self.width * self.height * self.samples / max(self.timings.render, 1e-9)
 
-    def rgb8(self, tonemap=None, exposure=None, encoding="linear"):
+    def rgb8(self, tonemap=None, exposure=None, encoding=None):
         """Return the picture as bytes, three a pixel, rows from the top; None stands for the scene's own setting.
 
-        Only phong pictures are tone mapped: the others show facts, not light.
+        Path-traced pictures are encoded by the sRGB curve unless told otherwise. Pictures that show facts, not light,
+        are neither tone mapped nor encoded.
         """
         scale, curve, coding = 1.0, "linear", "linear"
-        if self.mode == "phong":
+        if self.mode in SHADED_MODES:
             exposure = self._exposure if exposure is None else exposure
-            scale, curve, coding = exposure / tonemapping.NEUTRAL_EXPOSURE, tonemap or self._tonemap, encoding
+            scale, curve = exposure / tonemapping.NEUTRAL_EXPOSURE, tonemap or self._tonemap
+            coding = encoding or ("srgb" if self.mode == PATHTRACER else "linear")
         channels = [tonemapping.to_bytes(c, dr.opaque(Float, scale), curve, coding) for c in self._colour]
         dr.eval(channels)
         picture = bytearray(3 * self.width * self.height)
@@ -68,94 +73,118 @@ class Rendering:
             picture[offset::3] = backend.host_bytes(channel)
         return bytes(picture)
 
-    def channels(self):
-        """Return {EXR channel name: (height, width) array}: linear R, G, B, and the raw values of debug modes."""
-        named = dict(zip("RGB", self._colour)) | self._named
+    def channels(self, beside=False):
+        """Return {EXR channel name: (height, width) array}: linear R, G, B, and the raw values of debug modes.
+
+        `beside` adds, where light is shown, what the rays through the pixels' middles hit, and the samples' number and
+        variance.
+        """
+        named = dict(zip("RGB", self._colour)) | self._named | (self._beside() if beside else {})
         return {name: lanes.numpy().reshape(self.height, self.width) for name, lanes in named.items()}
 
 
-def render(loaded, *, seed=0, accel=AUTO, progress=None):
+def render(loaded, *, seed=0, accel=AUTO, until=None, variance=False, progress=None, interrupted=None):
     """Return the Rendering of a LoadedScene.
 
-    `accel` is one of arrange.STRUCTURES. `progress(done, total)` is called between passes with samples a pixel. Raises SceneError where a file that the
-    scene names cannot be used.
+    `accel` is one of arrange.STRUCTURES; `until` (Until) takes the place of the scene's number of samples; `variance`
+    has that of the samples estimated. `progress(done, total)` is called between passes with samples a pixel, or shares
+    of 1 where `until` has other limits; `interrupted()` is asked there whether to stop. Raises SceneError where a file
+    that the scene names cannot be used.
     """
     description = loaded.description
-    size = description.camera.width, description.camera.height
+    mode, size = description.rendermode, (description.camera.width, description.camera.height)
     start = time.perf_counter()
-    scene = _compiled(loaded, accel)
-    camera = compile_camera(description.camera)
+    scene, view = _set_up(loaded, seed, accel, single=until is None and description.spp == 1)
     built = time.perf_counter()
 
-    mode, samples = description.rendermode, description.spp
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()
         if mode in DEBUG_MODES:
-            samples = 1
-            colour, named = _first_hits(mode, scene, camera, *size)
+            samples, film, beside = 1, None, dict
+            colour, named = _first_hits(mode, scene, view)
         else:
-            integrator = INTEGRATORS[mode](scene, description.nbounces)
-            sampler = SAMPLERS[description.sampler]
-            centred = samples == 1 and mode != PATHTRACER
-            colour, named = _sampled(integrator, camera, sampler, *size, samples, seed, centred, progress), {}
+            until = until or Until(description.spp)
+            variance = (variance or until.error is not None) and until.samples > 1
+            film = Film.empty(size[0] * size[1], until.samples == 1, view.pixel_filter.signed, variance)
+            film, samples = refine(view, film, until, progress, interrupted)
+            colour, named = film.mean(samples), {}
+            dr.eval(colour)
+
+            def beside():
+                return _beside(scene, view, film, samples) if mode in SHADED_MODES else {}
+
         dr.sync_thread()
         history = dr.kernel_history()
     compiling = sum(kernel["codegen_time"] + kernel["backend_time"] for kernel in history if "backend_time" in kernel)
     rendered = time.perf_counter() - built
     timings = Timings(built - start, compiling / 1000, rendered - compiling / 1000)
+    lost = None if film is None else find_lost(view, film, samples)
     return Rendering(
-        mode, *size, samples, timings, colour, named, description.tonemap, description.camera.exposure
+        mode, *size, samples, timings, lost, colour, named, beside, description.tonemap, description.camera.exposure
     )
 
 
-def _compiled(loaded, accel):
-    """Return the scene as its mode sees it."""
-    if loaded.description.rendermode == PATHTRACER:
+def replay(loaded, pixel, sample, *, seed=0, accel=AUTO):
+    """Return the radiance of one sample of the picture, (R, G, B), whatever it is; `pixel` is (column, row).
+
+    Raises ValueError for debug modes, which have no samples.
+    """
+    if loaded.description.rendermode in DEBUG_MODES:
+        raise ValueError("no samples")
+    _, view = _set_up(loaded, seed, accel, single=loaded.description.spp == 1)
+    radiance = view.follow(pixel[0] + pixel[1] * view.width, sample)
+    return tuple(float(channel[0]) for channel in radiance)
+
+
+def _set_up(loaded, seed, accel, single):
+    """Return the compiled scene and the View of it; `single` samples go through the middle of their pixels."""
+    description, mode = loaded.description, loaded.description.rendermode
+    if mode == PATHTRACER:
         from renderer.scene.paths import compile_paths  # the other modes start faster without
 
-        return compile_paths(loaded, accel)
-    return compile_scene(loaded, accel)
+        scene = compile_paths(loaded, accel)
+    else:
+        scene = compile_scene(loaded, accel)
+    centred = mode in DEBUG_MODES or single and mode != PATHTRACER
+    camera = description.camera
+    return scene, View(
+        None if mode in DEBUG_MODES else INTEGRATORS[mode](scene, description.nbounces), compile_camera(camera),
+        SAMPLERS[description.sampler], camera.width, camera.height, seed, centred,
+        FILTERS["box" if centred else description.filter](),
+    )
 
 
-def _first_hits(mode, scene, camera, width, height):
-    """Return the picture and the raw channels of a debug mode."""
-    kind, row = camera
-    corner = pixel_corner(dr.arange(UInt32, width * height), dr.opaque(UInt32, width))
+def _centre_hits(scene, view):
+    """Return the rays through the pixels' middles and what they hit."""
+    kind, row = view.camera
+    corner = pixel_corner(dr.arange(UInt32, view.width * view.height), dr.opaque(UInt32, view.width))
     ray = Ray(*kind.ray(row, corner + Vector2f(0.5)))
     if scene.structure is None:
-        hit = scene.intersect(ray)
-    else:
-        from renderer.engine import queries  # small scenes start faster without
+        return ray, scene.intersect(ray)
+    from renderer.engine import queries  # small scenes start faster without
 
-        hit = queries.closest(scene, ray, coherent=True)
-    named, colour = first_hit.channels(mode, scene, ray, hit)
+    return ray, queries.closest(scene, ray, coherent=True)
+
+
+def _first_hits(mode, scene, view):
+    """Return the picture and the raw channels of a debug mode."""
+    named, colour = first_hit.channels(mode, scene, *_centre_hits(scene, view))
+    pixels = view.width * view.height
     # values that are the same everywhere, as in an empty scene, are spread over all pixels
-    named = {name: value + dr.zeros(type(value), width * height) for name, value in named.items()}
-    colour += dr.zeros(Vector3f, width * height)
+    named = {name: value + dr.zeros(type(value), pixels) for name, value in named.items()}
+    colour += dr.zeros(Vector3f, pixels)
     dr.eval(named, colour)
     return colour, named
 
 
-def _sampled(integrator, camera, sampler, width, height, samples, seed, centred, progress):
-    """Return the mean of the samples; a pass renders a few of them, so many that it takes about PASS_SECONDS."""
-    pixel = dr.arange(UInt32, width * height)
-    corner = pixel_corner(pixel, dr.opaque(UInt32, width))
-    sampler = sampler(pixel, dr.opaque(UInt32, seed))
-    film, done, count = Film.empty(width * height, samples == 1), 0, min(samples, FIRST_PASS_SAMPLES)
-    if samples > count:
-        dr.make_opaque(film)  # so that the first pass uses the same kernel as the others
-    while done < samples:
-        start, end = time.perf_counter(), min(done + count, samples)
-        film = sample_pixels(
-            integrator, camera, sampler, corner, film, dr.opaque(UInt32, done), dr.opaque(UInt32, end), centred
-        )
-        dr.eval(film)
-        dr.sync_thread()
-        if progress:
-            progress(end, samples)
-        seconds = max(time.perf_counter() - start, 1e-6)
-        count = max(1, int(count * min(LONGEST_GROWTH, PASS_SECONDS / seconds)))
-        done = end
-    colour = film.mean(samples)
-    dr.eval(colour)
-    return colour
+def _beside(scene, view, film, samples):
+    """Return the channels of first hits, and the number and the variance of samples where they were kept."""
+    pixels, (ray, hit), named = view.width * view.height, _centre_hits(scene, view), {}
+    for mode in ("albedo", "normals", "depth", "shapes"):
+        named |= first_hit.channels(mode, scene, ray, hit)[0]
+    named["SampleCount"] = film.count(samples)
+    if film.squares is not None:
+        named["Variance"] = Float(film.variance(samples))
+    named = {name: value + dr.zeros(type(value), pixels) for name, value in named.items()}
+    dr.eval(named)
+    return named

@@ -29,6 +29,10 @@ class PathScene(Geometry):
         """Return the place in the file of each hit's shape."""
         return self.file_indices.row(self.shape_of(hit), hit.valid)[0]
 
+    def material(self, hit):
+        """Return None: what surfaces are made of is asked for together with what they do to light."""
+        return None
+
     def diffuse_colour(self, hit, surface, material):
         """Return the albedo of each hit, for pictures of first hits."""
         return self.scattering.at(self.shape_of(hit), surface, hit.valid).albedo() + dr.zeros(Vector3f, dr.width(hit.t))
