@@ -105,9 +105,10 @@ def refine(view, film, until, progress=None, interrupted=None):
             return film, done
         seconds, room = max(now - launched, 1e-6) / count, PASS_SECONDS
         if until.seconds is not None:
-            room = min(room, until.seconds - (now - start) - (launched - begin if done > count else 0))
-            if room < seconds:
+            left = until.seconds - (now - start) - (launched - begin if done > count else 0)
+            if left < seconds:
                 return film, done
+            room = min(room, left)
         count = max(1, int(min(LONGEST_GROWTH * count, room / seconds)))
 
 
