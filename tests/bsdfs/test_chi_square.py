@@ -9,14 +9,17 @@ from tests.bsdfs.settings import SMOOTH, Setting, each
 mi = pytest.importorskip("mitsuba")
 
 SIGNIFICANCE = 0.01  # of all tests together
-CELLS, NODES = 101, 16  # of the histogram along one side, of the quadrature in a cell
+# Cells of the histogram along z, odd so that no sample is rounded over an edge at the horizon; nodes of the quadrature in
+# a cell: narrow lobes, and the cells that the horizon cuts, take many.
+CELLS, NODES, FINE = 101, 64, 256
 RESOLVED = [setting for setting in SMOOTH if setting.width >= 0.05 and setting.name != "roughdielectric-1.0"]
 INCIDENCES = {"upright": (0.0, 0.0, 1.0), "tilted": (0.48, -0.64, 0.6), "grazing": (-0.6, 0.7806, 0.1749)}
+POLAR_WIDTH = 0.2  # at the poles cells are wide in angle
 TESTS = len(RESOLVED) * len(INCIDENCES)
 MANY, FEW = 10_000_000, 1_000_000  # samples; 3 % of a density are noticed by FEW, 1 % by MANY
 
 
-def accepted(setting, wi, count):
+def accepted(setting, wi, count, nodes=NODES):
     """Return whether the samples of a setting may have its density."""
     from mitsuba.chi2 import ChiSquareTest, SphericalDomain
 
@@ -33,7 +36,7 @@ def accepted(setting, wi, count):
         _, pdf_sa = setting.evaluate(wi, Vector3f(*(Float(dr.detach(part)) for part in wo)))
         return mi.Float(pdf_sa + dr.zeros(Float, dr.width(wo)))
 
-    test = ChiSquareTest(SphericalDomain(), sample, density, sample_dim=3, sample_count=count, res=CELLS, ires=NODES)
+    test = ChiSquareTest(SphericalDomain(), sample, density, sample_dim=3, sample_count=count, res=CELLS, ires=nodes)
     return test.run(significance_level=SIGNIFICANCE, test_count=TESTS, quiet=True)
 
 
@@ -48,14 +51,16 @@ def test_samples_have_their_density(setting):
 @pytest.mark.parametrize("incidence", INCIDENCES)
 def test_many_samples_have_their_density(setting, incidence):
     """The same with more samples, also at upright and grazing incidence; the fit of Beckmann's masking allows FEW."""
-    assert accepted(setting, INCIDENCES[incidence], FEW if "beckmann" in setting.name else MANY)
+    if incidence == "upright" and setting.width <= POLAR_WIDTH:
+        pytest.skip("the lobe is narrower than a cell around the pole")
+    assert accepted(setting, INCIDENCES[incidence], FEW if "beckmann" in setting.name else MANY, FINE)
 
 
 @pytest.mark.slow
 @each([setting for setting in RESOLVED if setting.kind.transmits])
 def test_samples_from_inside_have_their_density(setting):
     """The same for directions of incidence behind the surface, where a kind tells the sides apart."""
-    assert accepted(setting, (0.48, -0.64, -0.6), FEW)
+    assert accepted(setting, (0.48, -0.64, -0.6), FEW, FINE)
 
 
 class Inflated(Setting):
