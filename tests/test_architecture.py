@@ -19,7 +19,7 @@ TOP = 7  # the modules of renderer/ itself: cli, doctor and what they use
 FAMILIES = ("textures", "shapes", "bsdfs", "cameras", "samplers", "lights", "integrators")
 SHARED = ("base", "fresnel", "microfacet")  # what the kinds of a family may have in common
 BACKEND = "renderer.core.backend"
-DESCRIPTION = ("schema", "materials", "quantities", "values", "composed", "transform", "loaded", "loader", "locate", "aliases", "aliases_mesh",
+DESCRIPTION = ("schema", "materials", "quantities", "values", "composed", "transform", "loaded", "loader", "locate", "aliases", "aliases_light", "aliases_material", "aliases_mesh",
                "checks", "checks_lights", "checks_shapes", "reference")
 ALLOWED = {("renderer", "renderer.core.llvm")}  # chosen first of all: Dr.Jit may be imported by any module next
 FOR_CONVERTERS = ("renderer.scene.schema", "renderer.scene.materials", "renderer.scene.quantities", "renderer.scene.transform", "renderer.scene.loader",

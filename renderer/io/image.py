@@ -129,7 +129,8 @@ def read_environment(path):
     if wrong.any():
         y, x = np.argwhere(wrong)[0]
         raise _unreadable(path, f"{np.count_nonzero(wrong)} pixels are no radiance (negative, beyond "
-                                f"{LARGEST_RADIANCE:g} or no number), first {pixels[y, x].tolist()} at x = {x}, y = {y}")
+                                f"{LARGEST_RADIANCE:g} or no number), "
+                                f"first {pixels[y, x].tolist()} at x = {x}, y = {y}")
     return pixels
 
 

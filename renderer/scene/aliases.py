@@ -8,58 +8,63 @@ something unknown was found come here. The tables below are also the alias table
 from __future__ import annotations
 
 from renderer.scene import schema
+from renderer.scene.aliases_light import DIAMETERS, THIN_LENSES, LightSpellings, undecided
+from renderer.scene.aliases_material import MaterialSpellings
 from renderer.scene.aliases_mesh import MESH_FILES, MeshSpellings, folded, is_vector
-from renderer.scene.findings import AT_KEY, ERROR, NOTE, NOTHING, WARNING, Finding, linked, nearest, quoted
+from renderer.scene.findings import AT_KEY, NOTE, NOTHING, WARNING, Finding, linked, nearest, quoted
 
 # Besides these, a key that differs from ours only in case, blanks, hyphens or underscores is understood.
 RENAMED = {
     "file": {"camera samples": "samples", "spp": "samples", "samplesPerPixel": "samples", "maxBounces": "nbounces",
              "maxDepth": "nbounces", "mode": "rendermode"},
-    "camera": {"up": "upVector", "target": "lookAt", "eye": "position", "verticalFov": "fov"},
+    "camera": {"up": "upVector", "target": "lookAt", "eye": "position", "verticalFov": "fov",
+               "lensRadius": "apertureRadius", "focalDistance": "focusDistance"},
     "scene": {"lights": "lightsources", "objects": "shapes", "background": "backgroundcolor",
               "ambient": "ambientlight", "ambientcolor": "ambientlight"},
-    "light": {"color": "intensity"},
+    "light": {"color": "intensity", "radiance": "intensity", "u_axis": "u", "v_axis": "v", "path": "filename",
+              "file": "filename", "texture": "filename", "texturepath": "filename"},
     "shape": {"centre": "center", "uv_0": "uv0", "uv_1": "uv1", "uv_2": "uv2"},
     "material": {"texturefile": "texture", "texturepath": "texture", "textureFilename": "texture",
                  "color": "diffusecolor", "ior": "refractiveindex", "shininess": "specularexponent"},
 }
-LENS = "depth of field is not rendered by this version; rendered as a pinhole"
 CURVE = "this version has no such tone mapping setting; see tonemap and exposure"
 MOTION = "animation is not rendered by this version; rendered at rest"
-FALL_OFF = "lights do not fall off with distance in phong mode"
-AREA = "soft shadows are not rendered by this version"
-ROUGHNESS = "microfacet materials are not rendered by this version; the Blinn-Phong keys count"
-EMISSION = "emission is not rendered by this version; the shape does not shine"
+FALL_OFF = "a light falls off with the square of the distance in mode pathtracer, and not at all in phong mode"
+SHADOW_RAYS = "every sample of a pixel sends its own shadow rays; see samples"
+LENGTH = "the lens of this version is given by apertureRadius and focusDistance; fov tells the rest"
+BRDF = "this version has no such weight; see bsdf"
 MAPPING = "the mapping of this texture cannot be changed in this version, except by scaleU and scaleV"
 UNRENDERED = {
-    "file": {"shadow samples": AREA, "frames": MOTION, "animation path": MOTION, "animations": MOTION,
+    "file": {"shadow samples": SHADOW_RAYS, "frames": MOTION, "animation path": MOTION, "animations": MOTION,
              "animated objects": MOTION},
-    "camera": dict.fromkeys(("aperture", "apertureSize", "apertureRadius", "diameter", "lensRadius", "focalDistance",
-                             "focalLength", "focusDistance", "focus_distance"), LENS) | {"gamma": CURVE, "Lw": CURVE},
+    "camera": {"focalLength": LENGTH, "gamma": CURVE, "Lw": CURVE},
     "scene": {},
-    "light": {"kc": FALL_OFF, "kl": FALL_OFF, "kq": FALL_OFF, "samples": AREA},
-    "shape": {"uvsphere": MAPPING, "uvcylinder": MAPPING, "euler": MAPPING, "emission": EMISSION, "alias": MOTION},
-    "material": dict.fromkeys(("roughness", "metallic", "transmittance", "dissolve", "brdfType", "reflectance",
-                               "fuzz", "bsdf"), ROUGHNESS)
-    | {"emission": EMISSION, "emissioncolor": EMISSION,
-       "ka": "the ambient weight is not rendered by this version; ambientlight counts in full"},
+    "light": {"kc": FALL_OFF, "kl": FALL_OFF, "kq": FALL_OFF, "samples": SHADOW_RAYS},
+    "shape": {"uvsphere": MAPPING, "uvcylinder": MAPPING, "euler": MAPPING, "alias": MOTION},
+    "material": dict.fromkeys(("transmittance", "dissolve", "reflectance", "fuzz"), BRDF)
+    | {"ka": "the ambient weight is not rendered by this version; ambientlight counts in full"},
 }
-MODES = {"preview": "phong"}
-PATH_MODES = ("pathtracer", "pathtracing", "path")
-NO_PATHS = "this version has no path tracer; choose another mode, for example with --mode phong"
-LENS_CAMERAS = ("thinlens", "aperture", "lens")
-LIGHT_TYPES = {"point": "pointlight"}
-LIGHTS_LEFT_OUT = dict.fromkeys(("arealight", "area"), "area lights are not rendered by this version") | {
-    "directional": "directional lights are not rendered by this version",
-    "spot": "spot lights are not rendered by this version", "spotlight": "spot lights are not rendered by this version",
-} | dict.fromkeys(("environment", "envmap"), "environment images are not rendered by this version")
+MODES = {"preview": "phong", "pathtracing": "pathtracer", "path": "pathtracer"}
+LIGHT_TYPES = {"point": "pointlight", "area": "arealight", "spotlight": "spot", "directionallight": "directional",
+               "sun": "directional", "envmap": "environment", "environmentmap": "environment"}
+LIGHTS_LEFT_OUT = {}
 SHAPE_TYPES = {"ply": "mesh", "obj": "mesh"}
-SHAPES_LEFT_OUT = dict.fromkeys(("cubemap", "sphericalmap"), "environment images are not rendered by this version") | {
-    "medium": "participating media are not rendered by this version"}
+SHAPES_LEFT_OUT = {
+    "cubemap": "images of cubes are not rendered by this version; see the light environment",
+    "sphericalmap": "how its image lies around the scene cannot be told; see the light environment",
+    "medium": "participating media are not rendered by this version",
+}
+MATERIAL_WORDS = {"hastexture", "transparency", "metallic", "brdftype", "emissioncolor", "emissive"}  # folded
 # What takes more than a new name, for the reference page: (where, spelling, what is understood).
 STRUCTURAL = (
     ("file", "lights, objects (no scene)", "scene.lightsources, scene.shapes"),
     ("camera", "look_at", "a direction: lookAt = position + look_at"),
+    ("camera", f"type {', '.join(THIN_LENSES)}; a lens beside type pinhole", "type thinlens"),
+    ("camera", f"{', '.join(DIAMETERS)}; aperture beside focusdistance", "a diameter: apertureRadius is half of it"),
+    ("camera", "aperture beside type thinlens", "apertureRadius"),
+    ("light `arealight`", "corner, edge1, edge2", "position = corner + (edge1 + edge2) / 2, u, v"),
+    ("light `arealight`", "width, height beside directions u and v", "edges of these lengths; 1 for the missing one"),
+    ("light `arealight`", "normal, width, height", "edges along the axes of textures of a plane with this normal"),
     ("light", 'type "ambient"', "its intensity is added to scene.ambientlight"),
     ("light", "intensity as one number", "the same in every channel, times color if that is given"),
     ("shape", "keys of a material", "moved into material"),
@@ -69,11 +74,15 @@ STRUCTURAL = (
     ("shape `mesh`", "texturescale", "material.scaleU and material.scaleV"),
     ("shape, beside type", "reflectivity > 0 without isreflective", "isreflective"),
     ("material", "transparency > 0", "isrefractive, with reflectivity = transparency"),
+    ("material", "emission, emissioncolor, emissive", "emission of the shape"),
+    ("material", "metallic", "bsdf principled with the colour and roughness of the material"),
+    ("material", "brdfType lambertian", "bsdf diffuse with the colour of the material"),
     ("material", "hasTexture false", "the texture is not used"),
     ("material", 'texture ""', "no texture"),
 )
 OWN = {"file": schema.Scene.keys, "camera": schema.Camera.keys, "scene": schema.World.keys,
-       "light": schema.PointLight.keys, "material": schema.Material.keys}
+       "light": {name: key for kind in schema.LIGHT_KINDS.values() for name, key in kind.node.keys.items()},
+       "material": schema.Material.keys}
 
 
 def translate(document, moved):
@@ -85,13 +94,13 @@ def replaced_mode(own, mode):
     """Return a remark on the file's own render mode if that is no word we know, though `mode` replaces it."""
     if type(own) is not str:
         return [Finding((None, "rendermode"), "must be a word", own)]
-    if own in schema.RENDER_MODES or own in MODES or own in PATH_MODES:
+    if own in schema.RENDER_MODES or MODES.get(folded(own), folded(own)) in schema.RENDER_MODES:
         return []
     message = f"unknown rendermode {quoted(own)}{nearest(own, schema.RENDER_MODES)}; rendered as {mode}, as asked"
     return [Finding((None, "rendermode"), message, severity=WARNING)]
 
 
-class _Translation(MeshSpellings):
+class _Translation(LightSpellings, MaterialSpellings, MeshSpellings):
     """One walk over a document from the top down, so that every step knows where its values came from."""
 
     def __init__(self, document, moved):
@@ -160,9 +169,6 @@ class _Translation(MeshSpellings):
         if new in schema.RENDER_MODES:
             self._note(("rendermode",), f"understood rendermode {quoted(mode)} as {new}", anchor="value")
             document["rendermode"] = new
-        elif new in PATH_MODES:
-            self._note(("rendermode",), NO_PATHS, ERROR, anchor="value")
-            document["rendermode"] = "phong"
 
     def _camera(self, camera):
         path = ("camera",)
@@ -170,14 +176,7 @@ class _Translation(MeshSpellings):
         if "lookAt" not in camera and is_vector(towards) and is_vector(position):
             self._move((path, camera), "look_at", (path, camera), "lookAt", "a direction: lookAt = position + look_at")
             camera["lookAt"] = [a + b for a, b in zip(position, towards, strict=True)]
-        self._keys(camera, path, "camera", OWN["camera"])
-        if type(camera.get("type")) is str and camera["type"] != "pinhole":
-            if folded(camera["type"]) in LENS_CAMERAS:
-                self._note((*path, "type"), LENS, WARNING, "value")
-                camera["type"] = "pinhole"
-            elif folded(camera["type"]) in ("perspective", "pinhole"):
-                self._note((*path, "type"), f"understood camera type {quoted(camera['type'])} as pinhole")
-                camera["type"] = "pinhole"
+        self._lens(camera, path)
 
     def _scene(self, world):
         self._keys(world, ("scene",), "scene", OWN["scene"])
@@ -202,6 +201,8 @@ class _Translation(MeshSpellings):
                 self._ambient(world, entry, (*path, index))
             elif plain in left_out:
                 self._note((*path, index), f"left out: {left_out[plain]}", WARNING)
+            elif name == "lightsources" and plain and undecided(entry):
+                self._note((*path, index), undecided(entry), WARNING)
             else:
                 if plain is not None and kind not in own and types.get(plain, plain) in own:
                     entry["type"] = types.get(plain, plain)
@@ -223,14 +224,6 @@ class _Translation(MeshSpellings):
             self.moved[("scene", "ambientlight")] = self._original(path)
             world["ambientlight"] = [a + b for a, b in zip(given, colour, strict=True)]
 
-    def _light(self, light, path):
-        strength, colour = light.get("intensity"), light.get("color")
-        if type(strength) in (int, float) and (colour is None or is_vector(colour)):
-            self._note((*path, "intensity"), "understood one number as the same in every channel"
-                                             + (", times color" if colour is not None else ""))
-            light["intensity"] = [strength * channel for channel in light.pop("color", [1.0, 1.0, 1.0])]
-        self._keys(light, path, "light", OWN["light"])
-
     def _shape(self, shape, path):
         record = schema.SHAPE_KINDS.get(shape.get("type")) if type(shape.get("type")) is str else None
         if record is None:
@@ -245,8 +238,9 @@ class _Translation(MeshSpellings):
         if type(material) is not dict:
             return
         inner = (*path, "material")
-        known = {folded(name) for table in (OWN["material"], RENAMED["material"], UNRENDERED["material"])
-                 for name in table} | {"hastexture", "transparency"}
+        known = MATERIAL_WORDS | {
+            folded(name) for table in (OWN["material"], RENAMED["material"], UNRENDERED["material"]) for name in table
+        }
         plain = {folded(name): new for name, new in RENAMED["material"].items()}
         plain |= {folded(name): name for name in OWN["material"]}
         for name in [name for name in shape if name not in own and folded(name) in known]:
@@ -260,6 +254,7 @@ class _Translation(MeshSpellings):
         if material:
             shape["material"] = material
             self._material(material, inner)
+        self._emission(shape, material, path)
 
     def _material(self, material, path):
         self._keys(material, path, "material", OWN["material"])
@@ -277,6 +272,7 @@ class _Translation(MeshSpellings):
             del material["transparency"]
             if share > 0:
                 material["isrefractive"], material["reflectivity"] = True, share
+        self._brdf(material, path)
 
 
 def _objects(entries):

@@ -19,7 +19,7 @@ def check_lights(description, kept, findings):
         CHECKS[light.type](light, (lights_at, number), findings)
         environments += light.type == "environment"
         if light.type == "environment" and environments == 2:
-            findings.append(Finding((lights_at, number), "must be the only environment: there is one all around already"))
+            findings.append(Finding((lights_at, number), "must be the only environment: one is all around"))
     if len(findings) > before or description.rendermode not in ("phong", schema.PATHTRACER):
         return
     for number, light in lights:

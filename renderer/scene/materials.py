@@ -20,7 +20,9 @@ DISTRIBUTION = Choice("distribution", ("ggx", "beckmann"))
 
 def alpha():
     """Return the declaration of a roughness."""
-    return key(TEXTURABLE_FRACTION, "roughness: width of the distribution of normals, 0 for a smooth surface", default=0.1)
+    return key(
+        TEXTURABLE_FRACTION, "roughness: width of the distribution of normals, 0 for a smooth surface", default=0.1
+    )
 
 
 def distribution():
@@ -142,8 +144,8 @@ class Material(Node):
     isrefractive: bool = key(Flag(), "that share is glass: Fresnel reflection and refraction", default=False)
     refractiveindex: float = key(POSITIVE, "index of refraction inside, relative to vacuum", default=1.0)
     roughness: float = key(
-        FRACTION, "blurs what a mirror (`isreflective`) shows: the alpha of a GGX distribution of its normals, 0 for none",
-        default=0.0
+        FRACTION, "blurs what a mirror (`isreflective`) shows: the alpha of a GGX distribution of its normals, 0 for "
+        "none", default=0.0
     )
     texture: str | Checkerboard | None = key(
         TEXTURE, "image file (PPM, PNG or JPEG; relative to the scene file) or checkerboard: replaces `diffusecolor`",
@@ -162,8 +164,8 @@ class Material(Node):
         "four that place textures, which count for its own", default=None
     )
     normalmap: str | None = key(
-        Optional(FILE_NAME), "image of normals 0.5 + 0.5 n in the frame of the texture coordinates, for mode `pathtracer`",
-        default=None
+        Optional(FILE_NAME), "image of normals 0.5 + 0.5 n in the frame of the texture coordinates, for mode "
+        "`pathtracer`", default=None
     )
     bumpmap: str | None = key(
         Optional(FILE_NAME), "image of heights, 0 to 1 times `bumpscale`, for mode `pathtracer`", default=None
@@ -176,7 +178,9 @@ PLAIN = Material()
 
 
 def textures_of(material, paths):
-    """Return [(keys below the material, file name or Checkerboard)] of what textures count; `paths`: mode pathtracer."""
+    """Return [(keys below the material, file name or Checkerboard)] of the textures that count in mode pathtracer, or
+    in others (`paths`).
+    """
     found = [(("texture",), material.texture)] if not paths or material.bsdf is None else [
         (("bsdf", name), getattr(material.bsdf, name)) for name in TEXTURABLE_KEYS[type(material.bsdf)]
     ]

@@ -29,7 +29,7 @@ def triangles(shapes, files, first, uv_shown, paths=False):
     """Return the Triangles of `triangle` and `mesh` shapes, numbered from `first` on; meshes come last.
 
     `files` is what `read_meshes` returned. Shapes are numbered likewise, so that a `triangle` shape is its triangle.
-    `uv_shown` tells whether texture coordinates count, though there are no textures, `paths` that the mode is pathtracer.
+    `uv_shown` tells whether texture coordinates count, though there are no textures; `paths`: the mode is pathtracer.
     """
     sheets = [shape for shape in shapes if shape.type == "triangle"]
     meshes = [shape for shape in shapes if shape.type == "mesh"]

@@ -1,4 +1,4 @@
-"""Quantities that keys of the scene file stand for: ranges and words, shared by the records of schema.py and bsdfs.py."""
+"""Quantities that keys of the scene file stand for: ranges and words, shared by the records of schema and materials."""
 
 from __future__ import annotations
 

@@ -9,6 +9,8 @@ import json
 from pathlib import Path
 
 from renderer.scene import aliases, materials, schema
+from renderer.scene.aliases_light import ANY_APERTURE, SIZE_ALONE
+from renderer.scene.aliases_material import NO_BRDF
 from renderer.scene.quantities import Checkerboard
 
 RECORDS = (
@@ -143,8 +145,8 @@ def _alias_table():
 
 
 def _left_out_table():
-    rows = [("file", f"rendermode {_coded(aliases.PATH_MODES)}", f"refused: {aliases.NO_PATHS}"),
-            ("camera", f"type {_coded(aliases.LENS_CAMERAS)}", aliases.LENS)]
+    rows = [("camera", "`aperture` in other places", ANY_APERTURE), ("light `arealight`", "`size` alone", SIZE_ALONE),
+            ("material", "any other `brdfType`", NO_BRDF)]
     for where, words in [*aliases.UNRENDERED.items()]:
         rows += [(where, _coded(names), why) for why, names in _by_reason(words).items()]
     for where, words in (("light", aliases.LIGHTS_LEFT_OUT), ("shape", aliases.SHAPES_LEFT_OUT)):

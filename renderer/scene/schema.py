@@ -36,8 +36,10 @@ def material():
 
 def emission():
     """Return the declaration of a shape's `emission`."""
-    return key(COLOUR, "radiance that it emits in mode `pathtracer`: solids and meshes outwards, flat shapes on both sides",
-               default=BLACK)
+    return key(
+        COLOUR, "radiance that it emits in mode `pathtracer`: solids and meshes outwards, flat shapes on both sides",
+        default=BLACK,
+    )
 
 
 @node
@@ -210,7 +212,9 @@ class SpotLight(Node):
     position: tuple = key(POINT, "position", unit=LENGTH)
     direction: tuple = key(DIRECTION, "direction of the middle of the cone, of any length but 0")
     intensity: tuple = key(COLOUR, "intensity in the middle of the cone")
-    cutoff: float = key(DEGREES, "half angle of the cone, outside of which there is no light", default=30.0, unit="degrees")
+    cutoff: float = key(
+        DEGREES, "half angle of the cone, outside of which there is no light", default=30.0, unit="degrees"
+    )
     beamwidth: float | None = key(
         Optional(NON_NEGATIVE), "half angle within which the intensity is full; from there it falls linearly with "
         "the angle; absent: three quarters of `cutoff`", default=None, unit="degrees"
@@ -228,7 +232,7 @@ class DirectionalLight(Node):
 
 @node
 class AreaLight(Node):
-    """A shining rectangle: soft shadows in phong mode, where it is not seen; black but for its light in `pathtracer`."""
+    """A shining rectangle: soft shadows in phong mode, where it is not seen; in `pathtracer` black but for its light."""
 
     type: str = kind("arealight")
     position: tuple = key(POINT, "its middle", unit=LENGTH)
@@ -255,7 +259,9 @@ class Environment(Node):
     """An image of what is infinitely far away all around; it takes the place of `backgroundcolor`."""
 
     type: str = kind("environment")
-    filename: str = key(FILE_NAME, "EXR, HDR, PNG, JPEG or PPM file, relative to the scene file: longitude and latitude, +y up")
+    filename: str = key(
+        FILE_NAME, "EXR, HDR, PNG, JPEG or PPM file, relative to the scene file: longitude and latitude, +y up"
+    )
     intensity: tuple = key(COLOUR, "factor of the image", default=WHITE)
     rotation: float = key(REAL, "angle by which it is turned around +y", default=0.0, unit="degrees")
 
@@ -299,7 +305,10 @@ class World(Node):
 class Scene(Node):
     """A whole scene file."""
 
-    nbounces: int = key(Integer(0, MAX_BOUNCES), "greatest number of reflections and refractions; in mode `pathtracer` of bounces of a path, where 1 is direct light", default=8)
+    nbounces: int = key(
+        Integer(0, MAX_BOUNCES), "greatest number of reflections and refractions; in mode `pathtracer` of bounces of a "
+        "path, where 1 is direct light", default=8
+    )
     rendermode: str = key(Choice("rendermode", RENDER_MODES), "what is computed", default="phong")
     samples: int | None = key(
         Optional(Integer(1, MAX_SAMPLES)), "rays a pixel; 1 is one ray through its centre but in mode `pathtracer`; "

@@ -36,12 +36,13 @@ class Use(NamedTuple):
 
 
 def use_of(material, record, key):
-    """Return the Use of the texture that a key of a Material or of its BSDF `record` names, None where there is none."""
+    """Return the Use of the texture at a key of `record`, a Material or its BSDF; None where there is none."""
     source = getattr(record, key)
     if not isinstance(source, str) and getattr(source, "type", None) != BOARD:
         return None
     squares = 1.0 if isinstance(source, str) else source.scale
-    return Use(source, material.texturefilter, material.texturewrap, material.scaleU * squares, material.scaleV * squares)
+    scale = material.scaleU * squares, material.scaleV * squares
+    return Use(source, material.texturefilter, material.texturewrap, *scale)
 
 
 class Texturing:

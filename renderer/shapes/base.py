@@ -8,8 +8,8 @@ lane, in the columns that `pack` wrote. All vectors are in world space, distance
 - sheets: `distance(row, ray) -> (met, t)`, likewise.
 - `surface(row, p) -> Surface`: the point moved onto the shape, with the outward unit normal.
 - `texture_coordinates(row, surface) -> Vector2f`.
-- `tangents(row, surface) -> (dp_du, dp_dv)`: derivatives of the point by these; where one of them does not exist (poles,
-  middles of caps), a short vector or a unit one that is still along the surface.
+- `tangents(row, surface) -> (dp_du, dp_dv)`: derivatives of the point by these; where one does not exist (poles,
+  middles of caps) a short vector along the surface.
 - `columns(shapes) -> int`: the record width that these instances need.
 - `bounds(shape) -> (lowest, highest)`: host; corners of a box around the shape in double precision, or None.
 
@@ -84,7 +84,7 @@ def derivatives(e1, e2, uv1, uv2):
 
 
 def polar_tangents(across, normal, fallback, radius):
-    """Return the derivatives of a point of a disk by its angle in turns and by its distance from the middle over `radius`.
+    """Return the derivatives of a point of a disk by its angle in turns and by its distance over `radius`.
 
     `across` leads from the middle to the point; in the middle it counts as short and along `fallback`.
     """

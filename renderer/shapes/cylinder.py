@@ -67,7 +67,8 @@ def surface(row, p):
 
 
 def texture_coordinates(row, surface):
-    """Return the angle in turns; and on the side the way from the top (0) to the bottom (1), on a cap the distance from its middle."""
+    """Return the angle in turns; and on the side the way from the top (0) to the bottom (1), on caps that from the middle.
+    """
     along, across, rho = _local(row, surface.p)
     u = turn(-dr.dot(across, row.vector(BITANGENT)), dr.dot(across, row.vector(TANGENT)))
     on_cap = abs(dr.dot(surface.n_geo, row.vector(AXIS))) > 0.5

@@ -34,7 +34,7 @@ def surface(row, p):
 
 
 def texture_coordinates(row, surface):
-    """Return the angle in turns, as on the upper cap of a cylinder, and the distance from the middle over the radius."""
+    """Return the angle in turns, as on a cylinder's upper cap, and the distance from the middle over the radius."""
     q = surface.p - row.vector(CENTER)
     return Vector2f(turn(-dr.dot(q, row.vector(BITANGENT)), dr.dot(q, row.vector(TANGENT))), dr.norm(q) / row[RADIUS])
 

@@ -40,4 +40,9 @@ def tangents(row, surface):
     return row.vector(TANGENT), row.vector(BITANGENT)
 
 
-register(ShapeKind("plane", pack, surface, texture_coordinates, tangents, distance=distance, directions=range(NORMAL, BITANGENT + 3)))
+register(
+    ShapeKind(
+        "plane", pack, surface, texture_coordinates, tangents, distance=distance,
+        directions=range(NORMAL, BITANGENT + 3),
+    )
+)

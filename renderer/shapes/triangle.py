@@ -69,6 +69,7 @@ def bounds(shape):
 
 register(
     ShapeKind(
-        "triangle", pack, surface, texture_coordinates, tangents, distance=distance, bounds=bounds, directions=range(NORMAL, UV0)
+        "triangle", pack, surface, texture_coordinates, tangents, distance=distance, bounds=bounds,
+        directions=range(NORMAL, UV0),
     )
 )

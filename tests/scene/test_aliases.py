@@ -3,7 +3,8 @@
 import pytest
 
 from renderer.core.errors import SceneError
-from renderer.scene import aliases, schema
+from renderer.core.vectors import cross, length, unit
+from renderer.scene import aliases, aliases_light, aliases_material, materials, schema
 from renderer.scene.loader import from_dict, load
 
 
@@ -111,15 +112,58 @@ def test_a_feature_that_is_not_rendered_is_told_in_words(document, where, name):
         from_dict(document, strict=True)
 
 
-@pytest.mark.parametrize("kind", [*aliases.LIGHTS_LEFT_OUT, "AreaLight"])
-def test_a_foreign_light_is_left_out_in_words(document, kind):
-    """The others stay."""
-    document["scene"]["lightsources"].insert(0, {"type": kind, "u": 3})
+def test_an_area_light_of_a_size_alone_is_left_out_in_words(document):
+    """Where it faces cannot be told; the others stay."""
+    light = {"type": "AreaLight", "position": [0, 4, 0], "size": [1, 2], "intensity": [1, 1, 1]}
+    document["scene"]["lightsources"].insert(0, light)
     loaded = from_dict(document)
     (warning,) = loaded.warnings
     assert warning.key_path == "scene.lightsources[0]"
-    assert warning.message.startswith("left out: ")
+    assert warning.message == aliases_light.SIZE_ALONE
     assert len(loaded.description.scene.lightsources) == 1
+
+
+LIT = {"position": [1, 4, 0], "intensity": [2, 2, 2]}
+
+
+@pytest.mark.parametrize(("light", "expected"), [
+    ({"type": "arealight", "u_axis": [2, 0, 0], "v_axis": [0, 0, 3]}, ((1, 4, 0), (2, 0, 0), (0, 0, 3))),
+    ({"type": "AreaLight", "u": [0, 0, 3], "v": [2, 0, 0], "width": 4, "height": 0.5},
+     ((1, 4, 0), (0, 0, 4), (0.5, 0, 0))),
+    ({"type": "arealight", "u": [1, 0, 0], "v": [0, 0, 1], "width": 4, "samples": 8},
+     ((1, 4, 0), (4, 0, 0), (0, 0, 1))),
+    ({"type": "area", "normal": [0, 0, -2], "width": 4, "height": 2}, ((1, 4, 0), (4, 0, 0), (0, -2, 0))),
+    ({"type": "arealight", "corner": [0, 5, 0], "edge1": [2, 0, 0], "edge2": [0, 0, 4], "position": None},
+     ((1, 5, 2), (2, 0, 0), (0, 0, 4))),
+])
+def test_area_lights_of_others_find_their_place(document, light, expected):
+    """Centre and edges, of full length."""
+    light = {name: value for name, value in (LIT | light).items() if value is not None}
+    document["scene"]["lightsources"] = [light]
+    loaded = from_dict(document | {"rendermode": "path", "camera samples": 4})
+    (area,) = loaded.description.scene.lightsources
+    assert (area.position, area.u, area.v) == expected
+    assert area.intensity == (2, 2, 2)
+    assert all(warning.is_note or aliases.SHADOW_RAYS in warning.message for warning in loaded.warnings)
+
+
+def test_a_normal_without_edges_faces_that_way(document):
+    """The edges' cross product is along it, also if it is slanted."""
+    document["scene"]["lightsources"] = [LIT | {"type": "area", "normal": [1, -2, 3], "width": 4, "height": 2}]
+    (area,) = from_dict(document).description.scene.lightsources
+    n = cross(area.u, area.v)
+    assert length(area.u) == pytest.approx(4) and length(area.v) == pytest.approx(2)
+    assert unit(n) == pytest.approx(unit([1, -2, 3]))
+
+
+def test_a_mistake_in_a_foreign_area_light_points_to_the_file(document):
+    """At the keys that were written."""
+    document["scene"]["lightsources"] = [
+        {"type": "area", "corner": [0, 5, 0], "edge1": [1, 0, 0], "edge2": [2, 0, 0], "intensity": 3}]
+    with pytest.raises(SceneError) as caught:
+        from_dict(document)
+    (problem,) = [problem for problem in caught.value.problems if "parallel" in problem.message]
+    assert problem.key_path == "scene.lightsources[0].corner"
 
 
 @pytest.mark.parametrize("kind", aliases.SHAPES_LEFT_OUT)
@@ -135,22 +179,84 @@ def test_a_foreign_shape_is_left_out_and_the_others_keep_their_index(document, k
         from_dict(document, strict=True)
 
 
-@pytest.mark.parametrize("kind", ["thinlens", "aperture"])
-def test_a_lens_is_rendered_as_a_pinhole(document, kind):
-    """The lens's own keys are told once more, at their place."""
-    document["camera"] |= {"type": kind, "aperture": 0.1, "focalDistance": 3}
+@pytest.mark.parametrize(("camera", "radius", "focus"), [
+    ({"type": "aperture", "diameter": 0.5}, 0.25, None),
+    ({"type": "thinlens", "aperture": 0.5, "focalDistance": 3}, 0.5, 3),
+    ({"type": "pinhole", "aperture": 0.5, "focusdistance": 3}, 0.25, 3),
+    ({"apertureSize": 0.5, "focalDistance": 3}, 0.25, 3),
+    ({"lensRadius": 0.5, "focus_distance": 3}, 0.5, 3),
+])
+def test_lenses_of_others_are_understood(document, camera, radius, focus):
+    """By their radius or diameter; also with strict."""
+    document["camera"] |= camera
+    found = from_dict(document, strict=True).description.camera
+    assert (found.type, found.apertureRadius, found.focusDistance) == ("thinlens", radius, focus)
+
+
+@pytest.mark.parametrize("camera", [{"aperture": 0.5}, {"aperture": 0.5, "focus_distance": 3}])
+def test_an_aperture_that_may_be_a_radius_or_a_diameter_is_left_out(document, camera):
+    """In words."""
+    document["camera"] |= camera
     loaded = from_dict(document)
-    assert {w.key_path for w in loaded.warnings} == {"camera.type", "camera.aperture", "camera.focalDistance"}
-    assert {w.message for w in loaded.warnings} == {aliases.LENS}
+    assert (loaded.description.camera.type, loaded.description.camera.apertureRadius) == ("pinhole", 0)
+    (warning,) = [warning for warning in loaded.warnings if not warning.is_note]
+    assert (warning.key_path, warning.message) == ("camera.aperture", aliases_light.ANY_APERTURE)
 
 
-@pytest.mark.parametrize("mode", ["pathtracer", "pathtracing", "PathTracer"])
-def test_a_path_traced_scene_says_what_to_do(document, mode):
-    """It is refused until another mode is asked for."""
-    document["rendermode"] = mode
-    with pytest.raises(SceneError, match="--mode phong"):
-        from_dict(document)
-    assert from_dict(document, mode="phong").description.rendermode == "phong"
+def test_a_pinhole_of_ours_stays_one(document):
+    """Our own keys on a pinhole are a warning, and no lens."""
+    document["camera"] |= {"apertureRadius": 0.5, "FOV": 30}
+    loaded = from_dict(document)
+    assert loaded.description.camera.type == "pinhole"
+    assert any("pinhole has no lens" in warning.message for warning in loaded.warnings)
+
+
+@pytest.mark.parametrize("mode", ["path", "pathtracing", "PathTracer"])
+def test_other_words_for_path_tracing_are_understood(document, mode):
+    """Of any case."""
+    loaded = from_dict(document | {"rendermode": mode}, strict=True)
+    assert (loaded.description.rendermode, len(loaded.warnings)) == ("pathtracer", 1)
+    assert from_dict(document | {"rendermode": mode}, mode="phong").description.rendermode == "phong"
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("emission", [3, 2, 1]), ("emissioncolor", [3, 2, 1]), ("emissive", [3, 2, 1]), ("emission", 2),
+])
+def test_emission_of_a_material_is_that_of_its_shape(document, name, value):
+    """A number is the same in every channel."""
+    loaded = from_dict(changed(document | {"rendermode": "pathtracer"}, (*MATERIAL, name), value), strict=True)
+    assert loaded.shapes[0][1].emission == ((3, 2, 1) if value != 2 else (2, 2, 2))
+
+
+def test_a_negative_emission_points_to_the_file(document):
+    """At the material's key."""
+    with pytest.raises(SceneError) as caught:
+        from_dict(changed(document, (*MATERIAL, "emissioncolor"), [1, -2, 3]))
+    assert [p.key_path for p in caught.value.problems if "-2" in p.message] == [
+        "scene.shapes[0].material.emissioncolor[1]"]
+
+
+def test_a_metallic_material_is_principled(document, tmp_path):
+    """With its colour or texture, and its roughness."""
+    (tmp_path / "a.png").touch()
+    document["rendermode"] = "pathtracer"
+    changed(document, MATERIAL, {"metallic": 0.7, "roughness": 0.2, "diffusecolor": [0.1, 0.2, 0.3]})
+    changed(document, ("scene", "shapes", 1, "material"), {"metallic": 1, "texture": "a.png"})
+    loaded = from_dict(document, directory=tmp_path, strict=True)
+    first, second = (shape.material.bsdf for _, shape in loaded.shapes[:2])
+    assert first == materials.Principled(type="principled", basecolor=(0.1, 0.2, 0.3), metallic=0.7, roughness=0.2)
+    assert second == materials.Principled(type="principled", basecolor="a.png", metallic=1.0)
+
+
+def test_a_lambertian_brdf_is_diffuse(document):
+    """Others are left out in words."""
+    document["rendermode"] = "pathtracer"
+    changed(document, MATERIAL, {"brdfType": "lambertian", "diffusecolor": [0.1, 0.2, 0.3]})
+    changed(document, ("scene", "shapes", 1, "material"), {"brdfType": "schlick"})
+    loaded = from_dict(document)
+    first, second = (shape.material.bsdf for _, shape in loaded.shapes[:2])
+    assert (first, second) == (materials.Diffuse(type="diffuse", reflectance=(0.1, 0.2, 0.3)), None)
+    assert aliases_material.NO_BRDF in [warning.message for warning in loaded.warnings]
 
 
 OTHER_LAYOUT = """{
@@ -173,7 +279,9 @@ def test_the_layout_with_objects_at_the_top_level_loads(scene_file):
     loaded = load(scene_file(OTHER_LAYOUT))
     camera, world = loaded.description.camera, loaded.description.scene
     assert camera.lookAt == (1.0, 2.0, 4.0)
-    assert world.lightsources == (schema.PointLight(position=(0.0, 9.0, 0.0), intensity=(0.5, 0.25, 0.0)),)
+    lamp, point = world.lightsources
+    assert point == schema.PointLight(type="pointlight", position=(0.0, 9.0, 0.0), intensity=(0.5, 0.25, 0.0))
+    assert (lamp.type, lamp.position, lamp.intensity) == ("arealight", (0.0, 4.0, 0.0), (2.0, 2.0, 2.0))
     (first, mirror), (second, glass) = loaded.shapes
     assert (first, second) == (1, 2)
     assert mirror.material == schema.Material(
@@ -193,11 +301,14 @@ def test_places_in_a_translated_file_are_those_of_the_file(scene_file):
     assert (mistake.line, mistake.column) == (content[:offset].count("\n") + 1, offset - content[:offset].rfind("\n"))
 
 
-@pytest.mark.parametrize(("where", "own"), [
-    ("file", schema.Scene), ("camera", schema.Camera), ("scene", schema.World), ("light", schema.PointLight),
-    ("material", schema.Material),
-])
-def test_no_alias_hides_a_key_of_ours(where, own):
+OWN = {"file": [schema.Scene], "camera": [schema.Camera], "scene": [schema.World], "material": [schema.Material],
+       "light": [record.node for record in schema.LIGHT_KINDS.values()],
+       "shape": [record.node for record in schema.SHAPE_KINDS.values()]}
+
+
+@pytest.mark.parametrize("where", OWN)
+def test_no_alias_hides_a_key_of_ours(where):
     """Every target exists and no alias or foreign word is a key itself."""
-    assert set(aliases.RENAMED[where].values()) <= set(own.keys)
-    assert not (set(aliases.RENAMED[where]) | set(aliases.UNRENDERED[where])) & set(own.keys)
+    own = {name for record in OWN[where] for name in record.keys}
+    assert set(aliases.RENAMED[where].values()) <= own
+    assert not (set(aliases.RENAMED[where]) | set(aliases.UNRENDERED[where])) & own

@@ -34,6 +34,10 @@ def of(kind):
         return factor | st.lists(factor, min_size=3, max_size=3)
     if isinstance(kind, values.FileName):
         return st.sampled_from(["teapot.ply", "mesh.obj"])
+    if isinstance(kind, values.Optional):
+        return st.none() | of(kind.kind)
+    if isinstance(kind, composed.Texturable):
+        return of(kind.plain) | of(kind.texture).filter(lambda source: source is not None)
     if isinstance(kind, composed.Rows):
         return st.lists(of(kind.item), min_size=kind.least, max_size=kind.least + 4)
     if isinstance(kind, composed.TextureSource):
@@ -56,8 +60,9 @@ def record(made):
 
 
 SEMANTIC = ("must differ from position", "parallel", "must not be [0, 0, 0]", "must not have the normal",
-            "must not be greater than max", "dropped", "width times height", "mesh 'teapot.ply'",
-            "mesh 'mesh.obj'", "must end in 0, 0, 0, 1", "must be invertible", "leads beyond")
+            "dropped", "width times height", "mesh 'teapot.ply'",
+            "mesh 'mesh.obj'", "must end in 0, 0, 0, 1", "must be invertible", "leads beyond", "no such file",
+            "must not be greater than", "must be the only environment", "a pinhole has no lens")
 
 
 @settings(max_examples=60, deadline=None)

@@ -63,8 +63,10 @@ LINEAR = np.array(srgb.BYTES)
 def test_colours_are_decoded_before_they_are_mixed(folder):
     """Each record has its own picture, scale and filter, or none."""
     diffuse = lambda reflectance: {"bsdf": {"type": "diffuse", "reflectance": reflectance}}  # noqa: E731
-    loaded = scene(folder, diffuse("a.png"), diffuse([0.5, 0.25, 0.125]), diffuse("b.png") | {"scaleU": 3, "scaleV": 0.5},
-                   diffuse(BOARD), diffuse("b.png") | {"texturefilter": "nearest"})
+    loaded = scene(
+        folder, diffuse("a.png"), diffuse([0.5, 0.25, 0.125]), diffuse("b.png") | {"scaleU": 3, "scaleV": 0.5},
+        diffuse(BOARD), diffuse("b.png") | {"texturefilter": "nearest"},
+    )
     slot = slot_of(loaded, "reflectance", COLOUR)
     plain = Vector3f(0.5, 0.25, 0.125)
     uv = UV.astype(float)

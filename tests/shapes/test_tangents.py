@@ -18,7 +18,8 @@ def surface_at(scene, p, d):
     hit = scene.intersect(ray)
     found = scene.surface(ray, hit, with_uv=True, with_tangents=True)
     parts = (found.p, found.n_geo, found.uv, found.dp_du, found.dp_dv)
-    return [np.broadcast_to(np.array(part.numpy()).T, (len(p), len(part))).astype(float) for part in parts], hit.valid.numpy()
+    arrays = [np.broadcast_to(part.numpy().T, (len(p), len(part))).astype(float) for part in parts]
+    return arrays, hit.valid.numpy()
 
 
 def misfit(scene, o, d, step, periodic):
