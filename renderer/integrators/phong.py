@@ -5,6 +5,11 @@ Local colour, summed over the lights that are visible and in front (N.L > 0):
 A mirror or glass with share rho gives (1 - rho) local + rho reflected; for glass the second part is split by the
 Fresnel equations between reflected and refracted ray, both of which are followed, to the last bounce. A ray without
 bounces left, or without a hit, brings the background's colour.
+
+With more than one sample a pixel, samples are spread over what is not sharp: a lamp is a light at a random one of its
+points, and a rough mirror reflects at a random one of the normals that are seen of its GGX distribution, at full weight.
+
+Numbers: a pair for each lamp and one for a rough mirror, at each depth of the tree; branches of a depth share them.
 """
 
 from __future__ import annotations
@@ -13,13 +18,17 @@ from dataclasses import dataclass
 
 import drjit as dr
 
+from renderer.bsdfs.microfacet import ALPHA_MIN, Ggx
+from renderer.bsdfs.microfacet import reflect as reflect_at
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.frame import Frame
 from renderer.core.fresnel import dielectric, reflect, refract
 from renderer.core.numeric import TINY, greater, lesser
 from renderer.core.records import NO_SHAPE, Ray
 from renderer.core.rows import repeat
 from renderer.integrators.base import register
-from renderer.scene.compiled import ETA, EXPONENT, GLASS, KD, SHARE, SPECULAR
+from renderer.samplers.base import PATH
+from renderer.scene.compiled import ALPHA, ETA, EXPONENT, GLASS, KD, SHARE, SPECULAR
 from renderer.scene.geometry import leave
 from renderer.scene.schema import MAX_BOUNCES
 
@@ -58,6 +67,8 @@ class Phong:
     def __init__(self, scene, bounces):
         self._scene = scene
         self._limit = dr.opaque(UInt32, bounces)
+        # of random numbers a depth: one for the mirror, one for each lamp
+        self._pairs = 1 + sum(group.rows.count for group in scene.lights if group.kind.extended)
 
     def start(self, lanes):
         """Return lanes without a ray."""
@@ -76,24 +87,29 @@ class Phong:
         ray = Ray(now.o, now.d, now.left_index, now.left_inwards != 0) if scene.has_mirrors else Ray(now.o, now.d)
         hit = scene.intersect(ray)
         if scene.empty:
-            return now.weight * scene.background, Bool(False), tree
+            return now.weight * scene.behind(ray.d), Bool(False), tree
 
         surface = scene.surface(ray, hit, with_uv=bool(scene.textures))
         material = scene.material(hit)
         entering = dr.dot(surface.n_geo, ray.d) < 0
         n = _facing(surface, entering, ray.d)
-        local = self._local(hit, surface, material, n, -ray.d)
+        dimension = now.depth * self._pairs + PATH if scene.has_mirrors else PATH
+        local = self._local(hit, surface, material, n, -ray.d, draws, dimension)
         if not scene.has_mirrors:
-            return now.weight * dr.select(hit.valid, local, scene.background), Bool(False), tree
-
-        share = dr.select(hit.valid, material[SHARE], 0)
-        last = now.depth >= self._limit
-        radiance = dr.select(hit.valid, (1 - share) * local, scene.background)
-        radiance = now.weight * (radiance + dr.select(last, share, 0) * scene.background)
-        onward = (share > 0) & ~last
+            return now.weight * dr.select(hit.valid, local, scene.behind(ray.d)), Bool(False), tree
 
         cos_i = -dr.dot(n, ray.d)
-        mirrored = self._segment(now, surface, hit, reflect(ray.d, n, cos_i), share)
+        direction = reflect(ray.d, n, cos_i)
+        if scene.has_rough_mirrors:
+            direction = _blurred(direction, n, ray.d, material[ALPHA], draws.u2(dimension))
+        share = dr.select(hit.valid, material[SHARE], 0)
+        last = now.depth >= self._limit
+        behind = scene.behind(ray.d if scene.environment is None else dr.select(hit.valid, direction, ray.d))
+        radiance = dr.select(hit.valid, (1 - share) * local, behind)
+        radiance = now.weight * (radiance + dr.select(last, share, 0) * behind)
+        onward = (share > 0) & ~last
+
+        mirrored = self._segment(now, surface, hit, direction, share)
         if not scene.has_glass:
             return radiance, onward, Tree(mirrored, None, tree.waiting_count)
         eta = dr.select(entering, material[ETA], dr.rcp(material[ETA]))
@@ -105,17 +121,19 @@ class Phong:
         mirrored.weight *= reflectance
         return radiance, *self._branch(tree, mirrored, through, onward)
 
-    def _local(self, hit, surface, material, n, wi):
-        """Return the colour of the surface itself, shadows included."""
+    def _local(self, hit, surface, material, n, wi, draws, dimension):
+        """Return the colour of the surface itself, shadows included; lamps take pairs of numbers after `dimension`."""
         scene = self._scene
         diffuse = scene.diffuse_colour(hit, surface, material)
         kd_diffuse, specular, exponent = material[KD] * diffuse, material.vector(SPECULAR), material[EXPONENT]
         colour = scene.ambient * diffuse
 
         for group in scene.lights:
+            random = scene.random and group.kind.extended
 
-            def add(k, colour, group=group):
-                light = group.kind.sample(group.rows[k], surface.p)
+            def add(k, colour, group=group, random=random, dimension=dimension):
+                u2 = draws.u2(dimension + 1 + k) if random else None
+                light = group.kind.sample(group.rows[k], surface.p, u2)
                 cos_o = dr.dot(n, light.wo)
                 facing = hit.valid & (cos_o > 0)
                 lit = facing & ~scene.occluded(leave(surface, hit.index, light.wo), light.distance, facing)
@@ -124,6 +142,7 @@ class Phong:
                 return (colour + dr.select(lit, light.radiance * (kd_diffuse * cos_o + specular * highlight), 0),)
 
             (colour,) = repeat(group.rows.count, add, (colour,), f"lights {group.kind.name}", scene.light_count <= MOST_UNROLLED_LIGHTS)
+            dimension = dimension + group.rows.count if random else dimension
         return colour
 
     @staticmethod
@@ -146,6 +165,18 @@ class Phong:
         waiting = tree.waiting.read(count, waits)
         now = dr.select(goes_through, through, mirrored)
         return ~ended | waits, Tree(dr.select(waits, waiting, now), tree.waiting, count)
+
+
+def _blurred(mirrored, n, d, alpha, u2):
+    """Return the direction in which a rough surface reflects d; `mirrored` where alpha is 0.
+
+    Directions into the surface are reflected at it once more, so that no light is lost.
+    """
+    frame = Frame.of(n)
+    wi = frame.to_local(-d)
+    width = greater(alpha, Float(ALPHA_MIN))
+    wo = reflect_at(wi, Ggx(width, width).sample(wi, u2))
+    return dr.select(alpha > 0, frame.to_world(Vector3f(wo.x, wo.y, abs(wo.z))), mirrored)
 
 
 def _facing(surface, entering, d):

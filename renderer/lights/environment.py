@@ -26,8 +26,11 @@ LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear sRGB [ITU-R BT.709]
 class Environment:
     """The image on the device, and directions chosen by its brightness."""
 
-    def __init__(self, pixels, intensity, rotation_deg):
-        """Hold (H, W, 3) float32 `pixels`, rows from the top, times `intensity`, turned around +y."""
+    def __init__(self, pixels, intensity, rotation_deg, sampled=True):
+        """Hold (H, W, 3) float32 `pixels`, rows from the top, times `intensity`, turned around +y.
+
+        `sampled` tells whether `sample` will be called.
+        """
         import numpy as np
 
         from renderer.core.distribution import AliasTables
@@ -47,7 +50,7 @@ class Environment:
         texels[..., :3] = np.concatenate([pixels, pixels[:, :1]], axis=1)
         texels[..., 3] = weight * (width * (height - 1) / (total * TURN * math.pi) if self.shines else 0)
         self._texels = from_host(Float, texels.ravel())
-        if self.shines:
+        if self.shines and sampled:
             self._alias, _, (self._bits,) = AliasTables.of([patches.reshape(1, -1)])
         self._size = [dr.opaque(UInt32, value) for value in (width, height)]
         self._turns = dr.opaque(Float, rotation_deg / 360)

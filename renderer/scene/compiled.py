@@ -13,10 +13,11 @@ import drjit as dr
 from renderer.core.backend import Vector2f
 from renderer.core.rows import Rows
 from renderer.lights.base import LightKind
+from renderer.lights.environment import Environment
 from renderer.scene.geometry import Geometry
 
 # columns of the material records
-DIFFUSE, KD, SPECULAR, EXPONENT, SHARE, GLASS, ETA, SCALE_U, SCALE_V = 0, 3, 4, 7, 8, 9, 10, 11, 12
+DIFFUSE, KD, SPECULAR, EXPONENT, SHARE, GLASS, ETA, SCALE_U, SCALE_V, ALPHA = 0, 3, 4, 7, 8, 9, 10, 11, 12, 13
 # columns of the texture records: three for the kind's own use, then which lookup is meant
 TEXTURE_KIND, NOT_TEXTURED = 3, 0
 
@@ -42,11 +43,13 @@ class CompiledScene(Geometry):
     textures: tuple[Callable, ...]  # lookups (record, uv, active) -> colour; records name them from 1
     has_mirrors: bool
     has_glass: bool
+    has_rough_mirrors: bool  # with a material column ALPHA
+    environment: Environment | None  # image of what is behind everything; None for a colour
+    random: bool  # whether samples differ by more than their place in the pixel: lamps are more than points
 
-    @property
-    def background(self):
-        """Colour of what is behind everything."""
-        return self.world[0].vector(0)
+    def behind(self, d):
+        """Return the colour of what is behind everything in a direction."""
+        return self.world[0].vector(0) if self.environment is None else self.environment.radiance(d)[0]
 
     @property
     def ambient(self):

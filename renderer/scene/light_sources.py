@@ -89,7 +89,7 @@ def emitters_of(world, shapes, triangles):
     return emitters
 
 
-def environment_of(loaded):
+def environment_of(loaded, sampled=True):
     """Return the Environment of a LoadedScene, None if it has none; raises SceneError if its image cannot be read."""
     for index, light in enumerate(loaded.description.scene.lightsources):
         if light.type == "environment":
@@ -97,7 +97,7 @@ def environment_of(loaded):
                 pixels = read_environment(loaded.resolve(light.filename))
             except SceneError as error:
                 raise loaded.refused(error, "scene", "lightsources", index, "filename") from error
-            return Environment(pixels, light.intensity, light.rotation)
+            return Environment(pixels, light.intensity, light.rotation, sampled)
     return None
 
 

@@ -10,6 +10,7 @@ from renderer.io.image import read_texture
 from renderer.lights import KINDS as LIGHTS
 from renderer.scene.arrange import AUTO, arrange
 from renderer.scene.compiled import NOT_TEXTURED, CompiledScene, LightGroup
+from renderer.scene.light_sources import environment_of
 from renderer.scene.media import exterior_indices
 from renderer.textures.bitmap import Atlas, Image
 from renderer.textures.checkerboard import Checkerboards
@@ -28,6 +29,11 @@ def compile_scene(loaded, accel=AUTO):
     shapes = [shape for _, shape in ordered]
     materials = [shape.material for shape in shapes]
     records = [*map(_material, shapes, exterior_indices(shapes))]
+    random = loaded.description.spp > 1
+    alphas = [_alpha(material) for material in materials]
+    rough = random and any(alphas)
+    if rough:
+        records = [[*record, alpha] for record, alpha in zip(records, alphas)]
     texture_records, textures = _textures(loaded, ordered)
     looks, records, texture_records = _distinct(records, texture_records)
     return CompiledScene(
@@ -41,6 +47,9 @@ def compile_scene(loaded, accel=AUTO):
         textures=textures,
         has_mirrors=any(m.isreflective or m.isrefractive for m in materials),
         has_glass=any(m.isrefractive for m in materials),
+        has_rough_mirrors=rough,
+        environment=environment_of(loaded, sampled=False) if loaded.description.rendermode == "phong" else None,
+        random=random,
     )
 
 
@@ -51,7 +60,7 @@ def compile_camera(description):
 
 
 def _light_groups(lights):
-    for name in dict.fromkeys(light.type for light in lights):
+    for name in dict.fromkeys(light.type for light in lights if light.type in LIGHTS):
         kind = LIGHTS[name]
         yield LightGroup(kind, Rows([kind.pack(light) for light in lights if light.type == name]))
 
@@ -77,6 +86,11 @@ def _material(shape, exterior):
     squares = 1.0 if m.texture is None or isinstance(m.texture, str) else m.texture.scale
     scale = (m.scaleU * squares, m.scaleV * squares)
     return [*m.diffusecolor, m.kd, *specular, m.specularexponent, share, float(m.isrefractive), eta, *scale]
+
+
+def _alpha(material):
+    """Return the roughness of a material's mirror, 0 for glass and where there is none."""
+    return material.roughness if material.isreflective and not material.isrefractive else 0.0
 
 
 def _textures(loaded, ordered):

@@ -193,6 +193,146 @@ def test_partial_glass_mixes_local_colour(tmp_path):
     assert np.allclose(colour, 0.5 * AMBIENT * np.array([0.8, 0.5, 0.25]) + 0.5 * BACKGROUND, rtol=1e-6)
 
 
+BRIGHT = np.array([0.8, 0.5, 0.25])  # of the wall
+SOFT = 4096  # samples a pixel
+
+
+def test_spot_lights_its_cone_and_fades_towards_its_rim(tmp_path):
+    """Full within beamwidth, then linear in the angle to nothing at cutoff; it does not fall off with distance."""
+    def lit(angle_deg):
+        a = math.radians(angle_deg)
+        spot = {"type": "spot", "position": [math.sin(a), 0, -math.cos(a)], "direction": [0, 0, 1], "intensity": [1, 1, 1],
+                "cutoff": 40, "beamwidth": 20}  # fmt: skip
+        return (middle(tmp_path, shaded({}), [spot]) / BRIGHT - AMBIENT) / (0.9 * math.cos(a))
+
+    for angle_deg, expected in ((0, 1), (19, 1), (30, 0.5), (35, 0.25), (41, 0), (80, 0)):
+        assert np.allclose(lit(angle_deg), expected, atol=1e-5)
+
+
+def test_directional_light_comes_from_one_side_and_is_shadowed(tmp_path):
+    """Its direction is that in which light travels; what lies that way at any distance casts a shadow."""
+    light = {"type": "directional", "direction": [-1, 0, 1], "intensity": [1, 0.5, 2]}
+    colour = middle(tmp_path, shaded({}), [light])
+    assert np.allclose(colour, BRIGHT * (AMBIENT + 0.9 * math.sqrt(0.5) * np.array([1, 0.5, 2])), rtol=2e-6)
+    ball = {"type": "sphere", "center": [500, 0, -500], "radius": 1, "material": MATT}
+    assert np.allclose(middle(tmp_path, [*shaded({}), ball], [light]), BRIGHT * AMBIENT, rtol=2e-6)
+
+
+LAMPS = {
+    "arealight": {"type": "arealight", "position": [0, 0, -2], "u": [2, 0, 0], "v": [0, 1, 0], "intensity": [1, 1, 1]},
+    "disklight": {"type": "disklight", "position": [0, 0, -2], "normal": [0, 0, 1], "radius": 1, "intensity": [1, 1, 1]},
+}
+
+
+@pytest.mark.parametrize("kind", LAMPS)
+def test_lamp_is_a_point_in_its_middle_with_one_sample(tmp_path, kind):
+    """The lamp itself is not seen, and a light on its other side is not hidden by it."""
+    colour = middle(tmp_path, shaded({}), [LAMPS[kind]])
+    assert np.allclose(colour, middle(tmp_path, shaded({}), [point_light([0, 0, -2])]), rtol=2e-6)
+
+
+@pytest.mark.parametrize("kind", LAMPS)
+def test_shadow_is_soft_as_the_covered_share_of_the_lamp(tmp_path, kind):
+    """A blocker that hides the lamp beyond x = 1/2 leaves what the rest of it brings."""
+    wall = {"type": "plane", "point": [0, 0, 0], "normal": [0, 0, -1], "material": MATT | {"kd": 1.0}}
+    # halfway to the lamp, so that it hides x > 1/2 of it from the middle of the wall
+    blocker = {"type": "box", "min": [0.25, -9, -1.0001], "max": [9, 9, -1], "material": MATT}
+    camera = {"position": [-1, 0, -4], "lookAt": [0, 0, 0], "fov": 1e-4}
+    lit = middle(tmp_path, [wall, blocker], [LAMPS[kind]], camera=camera, samples=SOFT, ambientlight=[0, 0, 0])
+    seen = middle(tmp_path, [wall], [LAMPS[kind]], camera=camera, samples=SOFT, ambientlight=[0, 0, 0])
+    assert np.allclose(lit / BRIGHT, _mean_cosine(kind, -1.0, 0.5), atol=4e-3)
+    assert np.allclose((seen - lit) / BRIGHT, _mean_cosine(kind, 0.5, 1.0), atol=4e-3)
+
+
+def _mean_cosine(kind, low, high):
+    """Return the integral of the cosine at the wall's middle over the part low < x < high of a lamp, over its area."""
+    x, y = np.meshgrid(*(np.linspace(-1, 1, 2001)[:-1] + 5e-4,) * 2)
+    whole = x**2 + y**2 < 1 if kind == "disklight" else abs(y) < 0.5
+    part = whole & (x > low) & (x < high)
+    return (2 / np.sqrt(x**2 + y**2 + 4))[part].sum() / whole.sum()
+
+
+def test_several_lamps_have_places_of_their_own(tmp_path):
+    """Each lamp draws its own numbers: two that are each hidden by half do not hide together."""
+    lamps = [LAMPS["arealight"] | {"intensity": colour} for colour in ([1, 0, 0], [0, 1, 0])]
+    wall = [WALL | {"material": MATT | {"diffusecolor": [1, 1, 1]}}]
+    blocker = {"type": "box", "min": [0, -9, -1.0001], "max": [9, 9, -1], "material": MATT}
+    camera = {"width": 64, "height": 1, "position": [-1, 0, -4], "fov": 1e-4}
+    scene = loaded(tmp_path, [*wall, blocker], lamps, camera=camera, samples=2, sampler="independent",
+                   ambientlight=[0, 0, 0])  # fmt: skip
+    picture = render(scene).channels()
+    red, green = (picture[name][0] > 0.6 for name in "RG")  # both samples lit
+    assert 0 < (red & ~green).sum() and 0 < (green & ~red).sum()
+
+
+MIRROR_WALL = {"isreflective": True, "reflectivity": 1.0}
+
+
+def test_rough_mirror_loses_no_light(tmp_path):
+    """Whatever the roughness, a mirror of reflectivity 1 shows the background at full weight, and nothing behind it."""
+    behind = BLACK_WALL | {"point": [0, 0, 0.1]}
+    for roughness in (0.0, 0.05, 0.5, 1.0):
+        colour = middle(tmp_path, [*shaded(MIRROR_WALL | {"roughness": roughness}), behind], samples=64)
+        assert np.allclose(colour, BACKGROUND, rtol=1e-5)
+
+
+def test_rough_mirror_shows_what_normals_of_its_distribution_reflect(tmp_path):
+    """At normal incidence GGX normals are seen with the density D cos, of which tan < alpha holds half."""
+    alpha = 0.2
+    # seen head-on, a normal at the angle a reflects to 2 a: a disk of half the light covers tan a < alpha
+    reach = 4 * math.tan(2 * math.atan(alpha))
+    disk = {"type": "disk", "center": [0, 0, -4.001], "normal": [0, 0, 1], "radius": reach,
+            "material": MATT | {"diffusecolor": [0, 0, 0]}}  # fmt: skip
+    wall = WALL | {"material": MATT | MIRROR_WALL | {"roughness": alpha}}
+    colour = middle(tmp_path, [wall, disk], camera={"fov": 1e-4}, samples=SOFT, nbounces=1)
+    assert np.allclose(colour, 0.5 * BACKGROUND, atol=0.012)
+
+
+def test_rough_mirror_is_sharp_with_one_sample(tmp_path):
+    """One sample a pixel has no random numbers to blur with."""
+    sharp, rough = (middle(tmp_path, shaded(MIRROR_WALL | {"roughness": r}) + [ball()], samples=1) for r in (0.0, 0.5))
+    assert np.array_equal(sharp, rough)
+
+
+def ball():
+    """Return a ball behind the camera."""
+    return {"type": "sphere", "center": [0, 0, -6], "radius": 0.5, "material": MATT}
+
+
+def environment_file(folder, pixels):
+    """Write (H, W, 3) linear colours as an EXR, and return the light that names it."""
+    OpenEXR = pytest.importorskip("OpenEXR")
+    channels = {name: np.ascontiguousarray(pixels[..., k], np.float32) for k, name in enumerate("RGB")}
+    OpenEXR.File({"type": OpenEXR.scanlineimage}, channels).write(str(folder / "sky.exr"))
+    return {"type": "environment", "filename": "sky.exr"}
+
+
+def test_environment_is_seen_behind_everything(tmp_path):
+    """Looking along -z the middle of the first and last column is seen; to the right of the picture u grows."""
+    pixels = np.zeros((5, 8, 3))
+    pixels[..., 0] = np.arange(8)
+    pixels[..., 1] = np.arange(5)[:, None]
+    light = environment_file(tmp_path, pixels)
+    # texel i is at u = (i + 1/2) / 8: along +z (u = 1/2) halfway between texels 3 and 4
+    assert np.allclose(middle(tmp_path, [], [light]), [3.5, 2, 0], atol=1e-5)
+    picture = render(loaded(tmp_path, [], [light], camera={"width": 3, "height": 3})).channels()
+    assert picture["R"][1, 2] > 3.6 and picture["R"][1, 0] < 3.4 and picture["G"][2, 1] > 2.1 > picture["G"][1, 1]
+    up = middle(tmp_path, [], [light], camera={"lookAt": [0, 1, -4], "upVector": [0, 0, 1]})
+    assert np.allclose(up[1], 0, atol=1e-3)
+    turned = middle(tmp_path, [], [light | {"rotation": 45}])
+    assert np.allclose(turned, [2.5, 2, 0], atol=1e-5)
+
+
+def test_mirror_shows_the_environment(tmp_path):
+    """Also when no bounce is left, and for the direction in which it reflects."""
+    pixels = np.zeros((4, 8, 3))
+    pixels[:, 7] = pixels[:, 0] = 2.0  # around -z
+    light = environment_file(tmp_path, pixels)
+    for bounces in (0, 1):
+        colour = middle(tmp_path, shaded(MIRROR_WALL), [light], nbounces=bounces)
+        assert np.allclose(colour, 2.0, rtol=1e-5)
+
+
 def test_binary_mode_is_red_or_black(tmp_path):
     """A hit is (255, 0, 0) whatever the exposure, a miss black."""
     ball = {"type": "sphere", "center": [0, 0, 0], "radius": 0.5}
