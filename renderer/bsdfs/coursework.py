@@ -2,8 +2,8 @@
 
 f = (1 - rho) (kd Cd / pi + ks Cs N (n.h)^e) + rho times mirror, blurred mirror (GGX, F = 1) or smooth glass, with
 N = (e + 2) (e + 4) / (8 pi (2^(-e/2) + e)): the lobe's albedo is 1 at normal incidence and falls with the angle.
-kd and ks are divided by max(1, kd max Cd + ks max Cs), so that no energy is made; of textures, where they are met. rho is picked with probability rho,
-the lobe with its share of the weights, by half vectors of density (e + 1) / (2 pi) (n.h)^e.
+kd and ks are divided by max(1, kd max Cd + ks max Cs), so that no energy is made; of textures, where they are met. rho is picked with probability
+rho, the lobe, where it is strong, with its share of the weights, by half vectors of density (e + 1) / (2 pi) (n.h)^e.
 Both sides look alike but for glass, whose inside is at wi.z < 0.
 """
 
@@ -22,6 +22,7 @@ from renderer.core.numeric import TINY, greater
 COLOUR, KD, LOBE, EXPONENT, INVERSE_EXPONENT, RHO, RHO_OR_LOBE, DIFFUSE_PDF, LOBE_PDF = 0, 3, 4, 7, 8, 9, 10, 11, 12
 ETA, INVERSE_ETA, IS_GLASS, ALPHA, KD_MADE, KS_MADE = 13, 14, 15, 16, 17, 18  # the last two: energy made if above 1
 DIFFUSE, HIGHLIGHT, MIRROR, BLURRED, GLASS = "diffuse", "highlight", "mirror", "blurred", "glass"  # features
+LOBE_DRAWN = "lobe drawn"  # feature: the highlight is so strong that directions are drawn from it
 LIMITED = "limited"  # feature: kd and ks are divided by what depends on the texture
 
 
@@ -30,14 +31,13 @@ def pack(material, outside):
     m, e, rho, has = material, material.specularexponent, _share(material), features(material)
     brightest, limited = _brightest(m), LIMITED in has
     limit = 1.0 if limited else 1 / max(1.0, m.kd * brightest + m.ks * max(m.specularcolor))
-    normalised = (e + 2) * (e + 4) / (8 * math.pi * (2 ** (-e / 2) + e))
     lobe = m.ks * sum(m.specularcolor) / 3
     base = m.kd * (sum(m.diffusecolor) / 3 if m.texture is None else brightest / 2)
-    chosen = (1 - rho) * lobe / (lobe + base) if lobe > 0 else 0.0
+    chosen = (1 - rho) * lobe / (lobe + base) if LOBE_DRAWN in has else 0.0
     eta = m.refractiveindex / outside if GLASS in has else 1.0
     return [
         *(m.diffusecolor if m.texture is None else (0.0, 0.0, 0.0)), m.kd * limit * (1 - rho) / math.pi,
-        *(colour * m.ks * limit * (1 - rho) * normalised for colour in m.specularcolor), e, 1 / (e + 1),
+        *(colour * m.ks * limit * (1 - rho) * _peak(e) for colour in m.specularcolor), e, 1 / (e + 1),
         rho, rho + chosen, (1 - rho - chosen) / math.pi, chosen * (e + 1) / (4 * math.pi),
         eta, 1 / eta, float(GLASS in has), m.roughness if BLURRED in has else microfacet.SMOOTH,
         m.kd if limited else 0.0, m.ks * max(m.specularcolor) if limited else 0.0,
@@ -51,7 +51,9 @@ def features(material):
     highlight = rho < 1 and m.ks * max(m.specularcolor) > 0
     mirror = rho > 0 and not m.isrefractive
     is_blurred = mirror and m.roughness >= microfacet.ALPHA_MIN
-    parts = {DIFFUSE: diffuse, HIGHLIGHT: highlight, MIRROR: mirror and not is_blurred, BLURRED: is_blurred,
+    # where it is weaker than the base even at its peak, drawing from it costs more than the noise that it would save
+    drawn = highlight and m.ks * max(m.specularcolor) * _peak(m.specularexponent) * math.pi > m.kd * _brightest(m)
+    parts = {LOBE_DRAWN: drawn, DIFFUSE: diffuse, HIGHLIGHT: highlight, MIRROR: mirror and not is_blurred, BLURRED: is_blurred,
              GLASS: rho > 0 and m.isrefractive,
              LIMITED: diffuse and m.texture is not None and m.kd * _brightest(m) + m.ks * max(m.specularcolor) > 1}
     return tuple(name for name, there in parts.items() if there)
@@ -94,6 +96,11 @@ def albedo(p):
     return p.vector(COLOUR)
 
 
+def _peak(e):
+    """Return N, the value of the lobe at h = n."""
+    return (e + 2) * (e + 4) / (8 * math.pi * (2 ** (-e / 2) + e))
+
+
 def _share(material):
     """Return rho, the share of mirror or glass."""
     return material.reflectivity if material.isreflective or material.isrefractive else 0.0
@@ -115,7 +122,7 @@ def _not_delta(p, wi, u, u2, has):
     """Return a direction of base, lobe or blurred mirror, which have the azimuth's sine and cosine in common."""
     sin_phi, cos_phi = dr.sincos(u2.x * (2 * math.pi))
     cos, sin = dr.sqrt(1 - u2.y), dr.sqrt(u2.y)  # of a cosine-weighted hemisphere
-    if HIGHLIGHT not in has:
+    if LOBE_DRAWN not in has:
         wo = Vector3f(sin * cos_phi, sin * sin_phi, cos)
     else:
         cos_h = dr.exp2(dr.log2(1 - u2.y) * p[INVERSE_EXPONENT])
@@ -146,7 +153,8 @@ def _evaluate(p, wi, wo, has):
     if HIGHLIGHT in has:
         power = dr.exp2(dr.log2(dr.select(h.z > 0, h.z, 1) * inverse) * p[EXPONENT])
         value = value + p.vector(LOBE) * (power * cosine)
-        pdf_sa = pdf_sa + p[LOBE_PDF] * power * inverse
+        if LOBE_DRAWN in has:
+            pdf_sa = pdf_sa + p[LOBE_PDF] * power * inverse
     if BLURRED in has:
         ggx = _ggx(p)
         density = dr.select(p[ALPHA] > 0, p[RHO] * ggx.density(h) * ggx.visibility(wi) * 0.25, 0)

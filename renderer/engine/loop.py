@@ -44,16 +44,25 @@ def sample_pixels(integrator, camera, sampler, corner, film, first, end, centred
     o, d, negative = ray(sample)
     path = integrator.restart(integrator.start(lanes), True, o, d)
 
-    def advance(sample, path, current, negative, film):
-        added, alive, path = integrator.step(path, Draws(sampler, sample))
-        current = current + added
-        film = film.add(current, ~alive, negative)
-        sample = sample + dr.select(alive, UInt32(0), 1)
-        current = dr.select(alive, current, 0)
+    def finished(sample, path, current, negative, film, where):
+        """Return the state with the samples `where` added to the film, and the next ones begun."""
+        film = film.add(current, where & (sample < end), negative)
+        sample = sample + dr.select(where, UInt32(1), 0)
+        current = dr.select(where, 0, current)
         o, d, next_negative = ray(sample)
         if negative is not None:
-            negative = dr.select(alive, negative, next_negative)
-        return sample, integrator.restart(path, ~alive, o, d), current, negative, film
+            negative = dr.select(where, next_negative, negative)
+        return sample, integrator.restart(path, where, o, d), current, negative, film
+
+    def advance(sample, path, current, negative, film):
+        hit = ()
+        if integrator.looks_ahead:
+            first = integrator.trace(path)
+            current = current + dr.select(first.valid, 0, integrator.missed(path))
+            sample, path, current, negative, film = finished(sample, path, current, negative, film, ~first.valid)
+            hit = (dr.select(first.valid, first, integrator.trace(path)),)
+        added, alive, path = integrator.step(path, Draws(sampler, sample), *hit)
+        return finished(sample, path, current + added, negative, film, ~alive)
 
     *_, film = dr.while_loop(
         (sample, path, dr.zeros(Vector3f, lanes), negative, film),

@@ -5,6 +5,10 @@ An integrator works on lanes that each follow one camera ray until its radiance 
 - `restart(state, where, o, d)` puts a fresh camera ray into the lanes `where`;
 - `step(state, draws) -> (radiance, alive, state)` follows each lane's ray to its next hit, and returns what this adds to
   the sample and whether the lane needs another step; `draws` (samplers.base.Draws) has the sample's random numbers.
+
+Where many rays hit nothing, an integrator may set `looks_ahead`: `trace(state)` returns the hits of the lanes' rays, and
+`missed(state)` what the rays without one bring. Their lanes then begin another sample before the step, which takes
+the hits as a third argument, so that fewer lanes are idle while surfaces are shaded.
 """
 
 from renderer.core.registry import Registry

@@ -26,6 +26,8 @@ class Path:
 class Binary:
     """Whether a ray hits: one any-hit query a ray, no shading."""
 
+    looks_ahead = False
+
     def __init__(self, scene, bounces):
         self._scene = scene
 

@@ -79,6 +79,7 @@ class PathTracer:
     def __init__(self, scene, bounces):
         self._scene = scene
         self._limit = dr.opaque(UInt32, bounces)
+        self.looks_ahead = scene.lighting.has_background and not scene.empty  # else next to all rays hit something
 
     def start(self, lanes):
         """Return lanes without a ray."""
@@ -88,9 +89,18 @@ class PathTracer:
         """Return the path with fresh camera rays in the lanes `where`."""
         return dr.select(where, _fresh(o, d), path)
 
-    def step(self, path, draws):
+    def trace(self, path):
+        """Return what the segments hit."""
+        return self._scene.intersect(path.ray)
+
+    def missed(self, path):
+        """Return what reaches the camera along segments that hit nothing."""
+        arriving, pdf_sa = self._scene.lighting.background(path.o, path.d)
+        return path.throughput * arriving * _weight(path, pdf_sa)
+
+    def step(self, path, draws, hit=None):
         """Return what the segment and the light at its end bring, whether the path goes on, and the next segment."""
-        vertex = self._vertex(path, self._scene.intersect(path.ray), draws)
+        vertex = self._vertex(path, hit or self.trace(path), draws)
         radiance = vertex.radiance
         if vertex.direct is not None:
             reaches = _any(vertex.direct)
@@ -101,10 +111,7 @@ class PathTracer:
     def _vertex(self, path, hit, draws):
         """Return the Vertex at a segment's end."""
         scene, lighting, ray = self._scene, self._scene.lighting, path.ray
-        radiance = Vector3f(0)
-        if lighting.has_background:
-            arriving, pdf_sa = lighting.background(path.o, path.d)
-            radiance += dr.select(hit.valid, 0, path.throughput * arriving * _weight(path, pdf_sa))
+        radiance = dr.select(hit.valid, Vector3f(0), self.missed(path)) if lighting.has_background else Vector3f(0)
         if scene.empty:
             return Vertex(radiance, None, None, None, Bool(False), path)
 
@@ -167,6 +174,10 @@ class Journey:
 
 class WalkingPathTracer(PathTracer):
     """A step is part of a ray's way through the hierarchy; see the module docstring."""
+
+    def __init__(self, scene, bounces):
+        super().__init__(scene, bounces)
+        self.looks_ahead = False
 
     def start(self, lanes):
         """Return lanes without a ray."""

@@ -64,6 +64,8 @@ class Tree:
 class Phong:
     """See the module docstring. Without mirrors and glass a lane ends after one step and nothing else is compiled."""
 
+    looks_ahead = False
+
     def __init__(self, scene, bounces):
         self._scene = scene
         self._limit = dr.opaque(UInt32, bounces)
