@@ -1,7 +1,9 @@
 """Makes the images of the feature scenes: small, and without any symmetry, so that a flipped axis is seen at once.
 
-Run `python scenes/textures/make_textures.py`; Pillow is all it needs.
+Run `python scenes/textures/make_textures.py`; it needs Pillow, and numpy and OpenEXR for the sky.
 """
+
+import math
 
 from pathlib import Path
 
@@ -58,8 +60,60 @@ def pixels():
     return image
 
 
+def rough():
+    """Return stripes from nearly smooth to rough, broader to the right."""
+    image = Image.new("L", (64, 16))
+    for x in range(64):
+        for y in range(16):
+            image.putpixel((x, y), 30 if (x * x // 128) % 2 else 120 + 4 * y)
+    return image.convert("RGB")
+
+
+def dents():
+    """Return the normals of a round dent in the middle, 0.5 + 0.5 n: x to the right, y down, z out of the surface."""
+    image = Image.new("RGB", (64, 64))
+    for y in range(64):
+        for x in range(64):
+            dx, dy = (x - 31.5) / 24, (y - 31.5) / 24
+            slope = math.sin(math.pi * min(1.0, math.hypot(dx, dy)))
+            n = (-dx * slope, -dy * slope, 1.0)
+            size = math.hypot(*n)
+            image.putpixel((x, y), tuple(round(255 * (0.5 + 0.5 * component / size)) for component in n))
+    return image
+
+
+def waves():
+    """Return heights of rings around a point off the middle, lower outside."""
+    image = Image.new("L", (64, 64))
+    for y in range(64):
+        for x in range(64):
+            r = math.hypot(x - 26, y - 34) / 30
+            image.putpixel((x, y), round(127.5 * max(0.0, 1 - r) * (1 + math.cos(5 * math.pi * r))))
+    return image.convert("RGB")
+
+
+def write_sky(path):
+    """Write 128 x 64 pixels of a sky with a low sun above brown earth, as an EXR of half floats."""
+    import numpy as np
+    import OpenEXR
+
+    v, u = np.meshgrid((np.arange(64) + 0.5) / 64, (np.arange(128) + 0.5) / 128, indexing="ij")
+    height = np.cos(np.pi * v)[..., None]
+    sky = np.array([0.25, 0.45, 0.9]) + (1 - np.clip(height, 0, 1)) ** 3 * np.array([0.6, 0.35, 0.0])
+    light = np.where(height > 0, sky, np.array([0.22, 0.18, 0.14]))
+    phi, theta = 2 * np.pi * (u - 0.3), np.pi * v
+    cosine = np.sin(theta) * np.cos(phi) * math.cos(0.5) + np.cos(theta) * math.sin(0.5)  # to a sun 0.5 rad high
+    light += np.exp((cosine - 1)[..., None] * 900) * np.array([260.0, 220.0, 160.0])
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    OpenEXR.File(header, {"RGB": light.astype(np.float16)}).write(str(path))
+
+
 if __name__ == "__main__":
     letter().save(FOLDER / "letter.png", optimize=True)
     globe().save(FOLDER / "globe.png", optimize=True)
     bricks().save(FOLDER / "bricks.jpg", quality=88)
     pixels().save(FOLDER / "pixels.ppm")
+    rough().save(FOLDER / "rough.png", optimize=True)
+    dents().save(FOLDER / "dents.png", optimize=True)
+    waves().save(FOLDER / "waves.png", optimize=True)
+    write_sky(FOLDER / "sky.exr")
