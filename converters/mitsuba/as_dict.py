@@ -25,9 +25,9 @@ def _tensor(image, raw):
 
 
 def _environment(image):
-    """Return Mitsuba's bitmap of an environment: linear RGB times the factor."""
+    """Return Mitsuba's bitmap of an environment: linear RGB times the factor, mirrored as our pictures are."""
     whole = mi.Bitmap(image.path).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
-    return mi.Bitmap(np.ascontiguousarray(np.array(whole) * np.float32(image.factor)))
+    return mi.Bitmap(np.ascontiguousarray(np.array(whole)[:, ::-1] * np.float32(image.factor)))
 
 
 def _mesh(node):

@@ -13,8 +13,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from converters.geometry import Mesh
-from converters.mitsuba.nodes import Colour, Node, Pixels, Point
-from renderer.io.image import write_png
+from converters.mitsuba.nodes import Colour, Environment, Node, Pixels, Point
+from renderer.io.image import read_environment, write_exr, write_png
 from renderer.io.mesh import read_mesh
 
 VERSION = "3.0.0"  # of the scene format
@@ -106,6 +106,9 @@ class _Writer:
         elif isinstance(value, Pixels):
             file = self._asset(f"{value.name}.png", value)
             self.line(depth, f'<string name="filename" value={quoteattr(file)}/>')
+        elif isinstance(value, Environment):
+            file = self._asset("environment.exr", value)
+            self.line(depth, f'<string name="filename" value={quoteattr(file)}/>')
         elif isinstance(value, Colour):
             self.line(depth, f'<rgb name="{key}" value="{_numbers(value)}"/>')
         elif isinstance(value, Point):
@@ -119,7 +122,7 @@ class _Writer:
 
 
 def xml(plan, folder):
-    """Return the XML text and the files it names, {name: bytes or Pixels}, to be put in `folder` beside it."""
+    """Return the XML text and the files it names, {name: bytes, Pixels or Environment}, to be put in `folder` beside it."""
     writer = _Writer(folder)
     writer.line(0, f'<scene version="{VERSION}">')
     for name, node in plan.children.items():
@@ -163,5 +166,8 @@ def _stage(staged, target, content):
     staged.append((temporary, target))
     if isinstance(content, Pixels):
         write_png(temporary, content.rgb, content.width, content.height)
+    elif isinstance(content, Environment):  # mirrored, as our pictures are against Mitsuba's
+        pixels = read_environment(content.path)[:, ::-1] * np.asarray(content.factor, np.float32)
+        write_exr(temporary, {name: np.ascontiguousarray(pixels[..., k]) for k, name in enumerate("RGB")}, {})
     else:
         temporary.write_bytes(content)

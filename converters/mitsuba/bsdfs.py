@@ -17,8 +17,8 @@ from converters.mitsuba.nodes import Colour, Node, Pixels
 from renderer.io.image import read_texture
 from renderer.scene.schema import Material
 
+NUMBERS = ("alpha", "roughness", "metallic", "bumpmap")  # parameters of which a texture's red is taken
 TRANSMITTING = ("dielectric", "roughdielectric")
-COLOURS = ("reflectance", "transmittance", "basecolor")  # parameters whose 8-bit textures are encoded as sRGB
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,10 @@ class Surface:
 
     def image(self, filename, key):
         """Return the content of an image file that a key of the material names."""
-        return Pixels(f"shape{self.number}_{key}", *read_texture(self.loaded.resolve(filename)))
+        width, height, rgb = read_texture(self.loaded.resolve(filename))
+        if key in NUMBERS:  # these are red; Mitsuba takes the luminance
+            rgb = np.repeat(np.frombuffer(rgb, np.uint8)[::3], 3).tobytes()
+        return Pixels(f"shape{self.number}_{key}", width, height, rgb)
 
     def bitmap(self, pixels, raw):
         """Return the texture of an image, placed as the material says; not `raw`: decoded from sRGB."""
@@ -47,13 +50,13 @@ class Surface:
     def value(self, value, key):
         """Return a parameter: a float, a Colour or the texture that the value names."""
         if isinstance(value, str):
-            return self.bitmap(self.image(value, key), raw=key not in COLOURS)
+            return self.bitmap(self.image(value, key), raw=key in NUMBERS)
         if isinstance(value, tuple):
             return Colour(map(float, value))
         if isinstance(value, (int, float)):
             return float(value)
         colours = [Colour(map(float, v)) for v in (value.color1, value.color2)]
-        if key not in COLOURS:
+        if key in NUMBERS:
             colours.reverse()  # Mitsuba exchanges the two where a number is asked for
         half = np.diag([value.scale / 2, value.scale / 2, 1.0])  # its board has two squares for each unit of uv
         return Node("texture", "checkerboard", {"color0": colours[0], "color1": colours[1],

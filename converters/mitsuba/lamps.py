@@ -15,6 +15,7 @@ from converters.solids import LOWER_CAP_UV, Part, sheet_mesh
 
 HAIR = 1e-5  # distance between the two sides of a sheet, in its size or largest coordinate
 TURNED_UV = np.array([[-1.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])  # of a rectangle seen from behind
+GREATEST = 10.0  # scene units: planes have no size that a hair could be part of
 BLACK = Node("bsdf", "diffuse", {"reflectance": Colour((0.0, 0.0, 0.0))})
 
 
@@ -63,7 +64,7 @@ def both_sides(part):
         return {"front": front, "back": back}
     x, y, _, origin = part.to_world[:3].T
     normal = unit(np.cross(x, y))
-    step = HAIR * normal * (np.abs(origin).max() + np.linalg.norm(x) + np.linalg.norm(y))
+    step = HAIR * normal * (np.abs(origin).max() + min(np.linalg.norm(x) + np.linalg.norm(y), GREATEST))
     front = replace(part, to_world=matrix(x, y, normal, origin + step))
     if part.kind == "disk":  # its azimuth runs backwards, as that of the lower cap of a cylinder
         back = replace(part, to_world=matrix(x, -y, -normal, origin - step), uv_map=LOWER_CAP_UV)
