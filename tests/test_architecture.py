@@ -20,7 +20,7 @@ FAMILIES = ("textures", "shapes", "bsdfs", "cameras", "samplers", "lights", "int
 SHARED = ("base", "fresnel", "microfacet")  # what the kinds of a family may have in common
 BACKEND = "renderer.core.backend"
 DESCRIPTION = ("schema", "materials", "quantities", "values", "composed", "transform", "loaded", "loader", "locate", "aliases", "aliases_light", "aliases_material", "aliases_mesh",
-               "checks", "checks_lights", "checks_shapes", "reference")
+               "checks", "checks_lights", "checks_shapes", "reference", "reference_paths")
 ALLOWED = {("renderer", "renderer.core.llvm")}  # chosen first of all: Dr.Jit may be imported by any module next
 FOR_CONVERTERS = ("renderer.scene.schema", "renderer.scene.materials", "renderer.scene.quantities", "renderer.scene.transform", "renderer.scene.loader",
                   "renderer.scene.loaded", "renderer.io", "renderer.core.errors")

@@ -141,9 +141,6 @@ def _note_unused(description, findings):
             told.add("maps")
             name = "normalmap" if material.normalmap else "bumpmap"
             _note_paths_only((((shapes_at, index), "material"), name), "the surface is smooth", findings)
-    environments = _environments(description.scene.lightsources)
-    for (at, _) in list(environments.values())[:1]:
-        _note_paths_only(at, "backgroundcolor counts", findings)
 
 
 def _note_paths_only(at, instead, findings):

@@ -11,6 +11,7 @@ from pathlib import Path
 from renderer.scene import aliases, materials, schema
 from renderer.scene.aliases_light import ANY_APERTURE, SIZE_ALONE
 from renderer.scene.aliases_material import NO_BRDF
+from renderer.scene.reference_paths import PATHS
 from renderer.scene.quantities import Checkerboard
 
 RECORDS = (
@@ -18,8 +19,8 @@ RECORDS = (
     *(record.node for kinds in (schema.LIGHT_KINDS, schema.SHAPE_KINDS) for record in kinds.values()),
     schema.Step, schema.Rotation, materials.Material, *materials.BSDF_RECORDS, Checkerboard,
 )
-TITLES = {"Scene": "The file", "Camera": "`camera`", "World": "`scene`", "Step": "Step of a `transform`", "Rotation": "`rotate`", "Material": "`material`",
-          "Checkerboard": "Texture `checkerboard`"}
+TITLES = {"Scene": "The file", "Camera": "`camera`", "World": "`scene`", "Step": "Step of a `transform`",
+          "Rotation": "`rotate`", "Material": "`material`", "Checkerboard": "Texture `checkerboard`"}
 TITLES |= {record.node.__name__: f"Light `{name}`" for name, record in schema.LIGHT_KINDS.items()}
 TITLES |= {record.__name__: f"`bsdf` `{record.__name__.lower()}`" for record in materials.BSDF_RECORDS}
 
@@ -53,7 +54,8 @@ CONVENTIONS = """## Conventions
 
 * **Units.** Lengths are in scene units of your choice, angles in degrees, colours linear RGB, 1 being white.
 * **Picture.** To the right is `upVector` x forward: looking along +z with +y up, +x is on the right. `fov` is the
-  vertical field of view. Row 0 is on top. With `samples` 1, one ray goes through the centre of each pixel.
+  vertical field of view. Row 0 is on top. With `samples` 1, one ray goes through the centre of each pixel (but in mode
+  `pathtracer`).
 * **Cylinder.** `height` is *half* the length; both ends are capped.
 * **Mode `binary`.** What is hit is red, the rest is black.
 * **Mode `phong`.** Per light, with N facing the viewer and H halfway between the light and the viewer:
@@ -71,6 +73,9 @@ CONVENTIONS = """## Conventions
   mesh, materials in the file are not read. Mistakes in a file are told with its line. A mesh is a sheet, as a triangle
   is: it need not be closed, and it surrounds nothing. Transformation steps are applied in their order: `[{"scale": 2},
   {"translate": [0, 1, 0]}]` doubles the mesh around the origin and then lifts it. See [meshes](meshes.md).
+* **Lamps in phong mode.** An `arealight` or `disklight` is a point light at a random one of its points for every sample, so
+  that shadows are soft with `samples` > 1, and is not seen. `roughness` blurs a mirror likewise. An `environment` is what
+  rays see that hit nothing. `emission`, `bsdf` and maps of normals and heights count in mode `pathtracer` only.
 * **Debug modes.** `depth` (distance along the ray, near is white), `normals` (0.5 + 0.5 n, outward), `uv` (fractions
   of u and v in red and green), `albedo` (diffuse colour or texture), `shapes` (a colour for each index in `shapes`).
 * **Exposure.** Radiance times `exposure` / 0.1 goes through the curve `tonemap`; `linear` clamps at 1. Binary and
@@ -88,7 +93,9 @@ CONVENTIONS = """## Conventions
   Mesh: interpolated between those of the file's vertices; of OBJ files, whose v runs upwards, 1 - v is taken.
   Where a file has none, the corners of each triangle have (0, 0), (1, 0) and (0, 1).
   Box: one whole texture a face; u runs along +z on the face at max.x and along -z at min.x, along -x at max.z and
-  along +x on the others; v runs along -y on the sides, along -z on the top and along +z on the bottom. Convex: u = p.t, v = p.b in the frame of each facet's normal, in scene units.
+  along +x on the others; v runs along -y on the sides, along -z on the top and along +z on the bottom. Convex: u = p.t, v = p.b in the frame
+  of each facet's normal, in scene units. Rectangle: from 0 to 1 along `u` and `v`. Disk: u is the angle in turns, as on the
+  upper cap of a cylinder, v the distance from the middle over `radius`.
 """
 
 ALIASES = """## Other spellings
@@ -104,7 +111,7 @@ def reference_page():
     for record in RECORDS:
         parts.append(f"## {TITLES.get(record.__name__, f'Shape `{record.__name__.lower()}`')}\n\n{record.__doc__}\n")
         parts.append(_key_table(record))
-    return "\n".join([*parts, CONVENTIONS, ALIASES, _alias_table(), _left_out_table()])
+    return "\n".join([*parts, CONVENTIONS, PATHS, ALIASES, _alias_table(), _left_out_table()])
 
 
 def _table(head, rows):
