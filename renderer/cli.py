@@ -4,43 +4,17 @@ Messages go to standard error, so that standard output is free for a picture. No
 known to be needed: `--help` must not wait for numpy and Dr.Jit, and a wrong argument must not either.
 """
 
-import argparse
 import os
-import re
 import sys
 import time
 
-from renderer import __version__
+from renderer import __version__, options as command_line
 from renderer.core.errors import (
     EXIT_BAD_INPUT, EXIT_DONE, EXIT_FAILED, EXIT_INTERRUPTED, RenderError, SceneError, UsageError,
 )
 
-COMMANDS = ("doctor", "schema")
-BACKENDS = ("llvm", "cuda")  # as renderer.core.backend has them, which cannot be asked without loading Dr.Jit
-ACCELS = ("auto", "bvh", "grid", "none")  # as renderer.scene.arrange has them, which loads Dr.Jit too
-ENCODINGS = ("linear", "srgb")
-MAX_SEED = 2**32 - 1
-MAX_THREADS = 1024  # more threads than that are a typing mistake that would exhaust the machine
 BYTES_A_PIXEL = 28  # of the picture in all its forms; 21 for PPM and 25 for EXR were measured at 8000 x 6000
 DOCTOR = "python -m renderer doctor"
-EPILOG = """\
-commands in place of a scene:
-  doctor                is everything there that rendering needs? If not: what to do
-  schema                print the JSON Schema of scene files, for editors
-
-exit status: 0 done, 1 the render failed, 2 the input cannot be used, 130 interrupted
-"""
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser whose complaints are exceptions like all other bad input."""
-
-    def error(self, message):
-        raise UsageError(f"{message} (see: {self.prog} --help)")
-
-    def _print_message(self, message, file=None):
-        """Print help or version; the inherited method would hide a full disk and a closed pipe."""
-        _print(message)
 
 
 def main(arguments=None):
@@ -67,43 +41,6 @@ def main(arguments=None):
         return _failed(error, EXIT_FAILED, f"unexpected {type(error).__name__}: {said}; {report}")
 
 
-def build_parser():
-    """Return the parser of everything but the commands."""
-    from renderer.scene import schema
-
-    parser = Parser(
-        prog="python -m renderer", allow_abbrev=False, epilog=EPILOG,
-        description="Render a JSON scene to a picture. Options take precedence over what the scene file says.",
-        formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, max_help_position=26),
-    )
-    parser.add_argument("scene", metavar="SCENE", help="scene file (JSON)")
-    add = parser.add_argument_group("what is rendered").add_argument
-    add("--mode", choices=schema.RENDER_MODES, metavar="MODE", help=" | ".join(schema.RENDER_MODES))
-    add("--samples", type=_integer(1, schema.MAX_SAMPLES), metavar="N", help="rays a pixel")
-    add("--size", type=_size, metavar="WxH", help="width and height in pixels, e.g. 1200x800")
-    add("--bounces", type=_integer(0, schema.MAX_BOUNCES), metavar="N", help="most reflections and refractions")
-    add("--seed", type=_integer(0, MAX_SEED), default=0, metavar="N", help="seed of the random numbers (default 0)")
-    add("--strict", action="store_true", help="treat warnings about the scene file as mistakes")
-
-    add = parser.add_argument_group("where the picture goes").add_argument
-    add("-o", "--output", action="append", metavar="FILE",
-        help=".ppm, .png or .exr (linear radiance); repeat it for several files from one render; '-' writes a PPM to "
-        "standard output (default: the scene's name with .ppm, in the current folder)")
-    add("--tonemap", choices=schema.TONEMAPS, metavar="CURVE", help=" | ".join(schema.TONEMAPS))
-    add("--exposure", type=_exposure, metavar="X", help="brightness: radiance is multiplied by X / 0.1")
-    add("--encoding", choices=ENCODINGS, default="linear", metavar="NAME",
-        help=" | ".join(ENCODINGS) + ": 8-bit values proportional to light (default), or the sRGB curve")
-
-    add = parser.add_argument_group("how it is computed").add_argument
-    add("--backend", choices=BACKENDS, metavar="NAME", help=" | ".join(BACKENDS) + " (default: what works here)")
-    add("--accel", choices=ACCELS, default="auto", metavar="NAME",
-        help=" | ".join(ACCELS) + ": how rays find shapes (default auto: bvh for meshes and many shapes)")
-    add("--threads", type=_integer(1, MAX_THREADS), metavar="N", help="threads of the CPU (default: all)")
-    add("-q", "--quiet", action="store_true", help="print nothing but warnings and errors")
-    add("--version", action="version", version=f"renderer {__version__}")
-    return parser
-
-
 def _run(arguments, start):
     """Run one command and return its exit status."""
     if arguments and arguments[0] == "doctor":
@@ -112,22 +49,7 @@ def _run(arguments, start):
         return doctor.main(arguments[1:])
     if arguments and arguments[0] == "schema":
         return _print_schema(arguments[1:])
-    return _render(_parse(arguments), start)
-
-
-def _parse(arguments):
-    """Return the options; raises UsageError with the nearest known name of an unknown option."""
-    parser = build_parser()
-    options, unknown = parser.parse_known_args(arguments)
-    if unknown:
-        import difflib
-
-        known = [name for action in parser._actions for name in action.option_strings]
-        near = difflib.get_close_matches(unknown[0].split("=")[0], known, n=1)
-        parser.error(f"unknown argument '{unknown[0]}'" + (f", did you mean '{near[0]}'?" if near else ""))
-    if options.scene in COMMANDS and not os.path.exists(options.scene):
-        parser.error(f"'{options.scene}' takes no options of a render; it stands alone")
-    return options
+    return _render(command_line.parse(arguments), start)
 
 
 def _render(options, start):
@@ -138,21 +60,85 @@ def _render(options, start):
     width, height = options.size or (None, None)
     loaded = loader.load(options.scene, strict=options.strict, mode=options.mode)
     loaded = loader.override(loaded, width=width, height=height, samples=options.samples, nbounces=options.bounces)
+    _check_mode(loaded.description, options)
+    if options.pixel is not None:
+        return _replay(loaded, options)
     paths = options.output or [os.path.splitext(os.path.basename(options.scene))[0] + ".ppm"]
     outputs.check(paths, _inputs(loaded))
     _check_memory(loaded.description.camera)
+    _tell_remarks(loaded, options)
+    from renderer.interrupt import prompt_interrupt
+
+    with prompt_interrupt() as interrupt:
+        rendering = _trace(loaded, options, any(outputs.is_exr(path) for path in paths), interrupt)
+        grading = outputs.Grading(options.tonemap, options.exposure, options.encoding)
+        outputs.write_all(paths, rendering, grading, _header(loaded, options, rendering))
+    for line in _lost(rendering, options):
+        _say(line)
+    if not options.quiet:
+        _say(_summary(paths, rendering, time.perf_counter() - start))
+    if interrupt.asked:
+        _say(f"interrupted after {_samples(rendering.samples)} a pixel")
+        return EXIT_INTERRUPTED
+    return EXIT_DONE
+
+
+def _tell_remarks(loaded, options):
+    """Print what is odd about the scene."""
     for remark in loaded.warnings:
         if not (remark.is_note and options.quiet):
             _say(f"{'note' if remark.is_note else 'warning'}: {remark}")
-    from renderer.interrupt import prompt_interrupt
 
-    with prompt_interrupt():
-        rendering = _trace(loaded, options)
-        grading = outputs.Grading(options.tonemap, options.exposure, options.encoding)
-        outputs.write_all(paths, rendering, grading, _header(loaded, options))
-    if not options.quiet:
-        _say(_summary(paths, rendering, time.perf_counter() - start))
+
+def _check_mode(description, options):
+    """Refuse options that mean nothing in the mode of the render."""
+    from renderer.scene import schema
+
+    mode, camera = description.rendermode, description.camera
+    for name in ("time", "error", "pixel"):
+        if getattr(options, name) is not None and mode not in schema.SAMPLED_MODES:
+            raise UsageError(f"--{name}: mode '{mode}' has no samples")
+    if options.denoise:
+        if mode not in (schema.PATHTRACER, "phong"):
+            raise UsageError(f"--denoise: mode '{mode}' shows no light")
+        from renderer import denoise
+
+        denoise.load()
+    if options.pixel is not None and not (options.pixel[0] < camera.width and options.pixel[1] < camera.height):
+        raise UsageError(f"--pixel: the picture is {camera.width} x {camera.height}, counted from 0")
+
+
+def _replay(loaded, options):
+    """Print the radiance of one sample."""
+    _load_engine(options.backend, options.threads)
+    from renderer.engine.render import replay
+
+    sample = options.sample or 0
+    radiance = replay(loaded, options.pixel, sample, seed=options.seed, accel=options.accel)
+    column, row = options.pixel
+    values = " ".join(f"{channel:.9g}" for channel in radiance)
+    command_line.print_out(f"pixel {column},{row} sample {sample} seed {options.seed}: {values}\n")
     return EXIT_DONE
+
+
+def _lost(rendering, options):
+    """Yield a warning where samples were left out, and the commands that repeat some of them."""
+    if rendering.lost is None:
+        return
+    count, examples = rendering.lost.count, rendering.lost.examples
+    yield f"warning: {_samples(count)} of the picture {'was' if count == 1 else 'were'} NaN or infinite, and left out"
+    for kind, column, row, sample in examples:
+        command = ["python -m renderer", options.scene, f"--pixel {column},{row} --sample {sample} --seed {options.seed}"]
+        command += [f"--mode {options.mode}"] if options.mode else []
+        command += ["--size {}x{}".format(*options.size)] if options.size else []
+        command += [f"--samples {options.samples}"] if options.samples else []
+        command += [f"--bounces {options.bounces}"] if options.bounces is not None else []
+        yield f"warning: {kind}: {' '.join(command)}"
+
+
+def _samples(count):
+    """Return a number of samples in words."""
+    return f"{count} sample{'' if count == 1 else 's'}"
 
 
 def _check_memory(camera):
@@ -173,16 +159,27 @@ def _inputs(loaded):
     return [loaded.path, *(loaded.resolve(texture) for texture in textures if isinstance(texture, str))]
 
 
-def _trace(loaded, options):
+def _trace(loaded, options, variance, interrupt):
     """Return the rendering, with progress told on the way."""
     from renderer.progress import Progress
 
-    render = _load_engine(options.backend, options.threads)
+    render, until = _load_engine(options.backend, options.threads), None
+    if options.time is not None or options.error is not None:
+        from renderer.engine.passes import Until
+        from renderer.scene.schema import MAX_SAMPLES
+
+        until = Until(options.samples or MAX_SAMPLES, options.time, options.error)
     progress = Progress(None if options.quiet else sys.stderr)
     try:
-        return render(loaded, seed=options.seed, accel=options.accel, progress=progress)
+        rendering = render(loaded, seed=options.seed, accel=options.accel, until=until, variance=variance,
+                           progress=progress, interrupted=interrupt.after_pass)
     finally:
         progress.close()
+    if options.denoise:
+        from renderer import denoise
+
+        rendering = denoise.denoised(rendering)
+    return rendering
 
 
 def _load_engine(backend, threads):
@@ -202,12 +199,12 @@ def _load_engine(backend, threads):
     return render
 
 
-def _header(loaded, options):
+def _header(loaded, options, rendering):
     """Return the settings that an EXR carries, as text."""
     description = loaded.description
     exposure = description.camera.exposure if options.exposure is None else options.exposure
     settings = {
-        "version": __version__, "scene": loaded.path, "mode": description.rendermode, "samples": description.spp,
+        "version": __version__, "scene": loaded.path, "mode": description.rendermode, "samples": rendering.samples,
         "size": f"{description.camera.width}x{description.camera.height}", "seed": options.seed,
         "nbounces": description.nbounces, "exposure": exposure,
     }
@@ -222,7 +219,7 @@ def _summary(paths, rendering, total):
     return (
         f"{', '.join(map(outputs.name, paths))}: "
         f"{rendering.width} x {rendering.height}, {rendering.mode}, "
-        f"{rendering.samples} sample{'' if rendering.samples == 1 else 's'} a pixel; "
+        f"{_samples(rendering.samples)} a pixel; "
         f"built in {timings.build:.2f} s, compiled in {timings.compile:.2f} s, rendered in {timings.render:.2f} s "
         f"({rate_in_words(rendering.samples_per_second)} samples/s), total {total:.2f} s"
     )
@@ -243,38 +240,8 @@ def _print_schema(arguments):
         raise UsageError(f"'schema' takes no arguments, got '{arguments[0]}'")
     from renderer.scene import reference
 
-    _print(reference.schema_json().rstrip("\n") + "\n")
+    command_line.print_out(reference.schema_json().rstrip("\n") + "\n")
     return EXIT_DONE
-
-
-def _integer(low, high):
-    """Return a reader of whole numbers in a range."""
-
-    def read(text):
-        if not re.fullmatch(r"[+-]?[0-9]{1,18}", text) or not low <= int(text) <= high:
-            raise argparse.ArgumentTypeError(f"must be a whole number from {low} to {high}, got '{text}'")
-        return int(text)
-
-    return read
-
-
-def _size(text):
-    """Return (width, height) from `1200x800`; the loader knows which sizes are allowed."""
-    match = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", text)
-    if not match:
-        raise argparse.ArgumentTypeError(f"must look like 1200x800, got '{text}'")
-    return int(match[1]), int(match[2])
-
-
-def _exposure(text):
-    """Return a finite number that is not negative."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"must be a number of at least 0, got '{text}'")
-    return value
 
 
 def _failed(error, status, message=None):
@@ -285,14 +252,6 @@ def _failed(error, status, message=None):
         _say("".join(traceback.format_exception(error)).rstrip())
     _say(str(error) if message is None else message)
     return status
-
-
-def _print(text):
-    """Print what was asked for to standard output."""
-    from renderer.io import outputs
-
-    with outputs.standard_output() as stream:
-        stream.write(text.encode())
 
 
 def _say(text):

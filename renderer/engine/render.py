@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import drjit as dr
 
@@ -54,6 +54,11 @@ class Rendering:
     def samples_per_second(self):
         """Samples of all pixels together over the time spent rendering."""
         return self.width * self.height * self.samples / max(self.timings.render, 1e-9)
+
+    def with_colour(self, colour):
+        """Return the rendering with another picture: a (height, width, 3) float32 array of linear radiance."""
+        channels = (backend.from_host(Float, colour[..., k].reshape(-1).copy()) for k in range(3))
+        return replace(self, _colour=Vector3f(*channels))
 
     def rgb8(self, tonemap=None, exposure=None, encoding=None):
         """Return the picture as bytes, three a pixel, rows from the top; None stands for the scene's own setting.

@@ -18,11 +18,11 @@ EXTENSIONS = (".ppm", ".png", ".exr")
 
 @dataclass(frozen=True)
 class Grading:
-    """How radiance becomes 8 bits: None takes what the scene says; `encoding` is `linear` or `srgb`."""
+    """How radiance becomes 8 bits: None takes what the scene says, or its mode; `encoding` is `linear` or `srgb`."""
 
     tonemap: str | None = None
     exposure: float | None = None
-    encoding: str = "linear"
+    encoding: str | None = None
 
 
 def check(paths, inputs=()):
@@ -58,8 +58,8 @@ def write_all(paths, rendering, grading, header):
     failures, rgb8 = [], None
     for path in paths:
         try:
-            if _extension(path) == ".exr":
-                image.write_exr(path, rendering.channels(), header)
+            if is_exr(path):
+                image.write_exr(path, rendering.channels(beside=True), header)
                 continue
             if rgb8 is None:
                 rgb8 = rendering.rgb8(grading.tonemap, grading.exposure, grading.encoding)
@@ -95,6 +95,11 @@ def standard_output():
         raise
     except OSError as error:
         raise RenderError(f"standard output: cannot be written: {reason(error)}") from error
+
+
+def is_exr(path):
+    """Return whether a path is that of an EXR, which holds more than the colour."""
+    return _extension(path) == ".exr"
 
 
 def name(path):

@@ -36,16 +36,16 @@ class StandInPicture:
     def __init__(self, loaded):
         camera = loaded.description.camera
         self.width, self.height = camera.width, camera.height
-        self.samples, self.mode = loaded.description.samples, loaded.description.rendermode
+        self.samples, self.mode, self.lost = loaded.description.spp, loaded.description.rendermode, None
         self.timings = SimpleNamespace(build=0.02, compile=0.0, render=0.03)
         self.samples_per_second = 32e6
         self.graded = []
 
-    def rgb8(self, tonemap=None, exposure=None, encoding="linear"):
+    def rgb8(self, tonemap=None, exposure=None, encoding=None):
         self.graded.append((tonemap, exposure, encoding))
         return bytes(index % 256 for index in range(self.width * self.height * 3))
 
-    def channels(self):
+    def channels(self, beside=False):
         return {name: np.full((self.height, self.width), value, np.float32) for value, name in enumerate("RGB")}
 
 
@@ -66,13 +66,14 @@ def scene(tmp_path, monkeypatch):
 @pytest.fixture
 def engine(monkeypatch):
     """A stand-in engine: `calls` records what it was asked, `render` may be replaced."""
-    stand_in = SimpleNamespace(calls=[], accels=[], loaded=[], pictures=[], render=None)
+    stand_in = SimpleNamespace(calls=[], accels=[], limits=[], loaded=[], pictures=[], render=None)
 
-    def render(loaded, *, seed=0, accel="auto", progress=None):
+    def render(loaded, *, seed=0, accel="auto", until=None, variance=False, progress=None, interrupted=None):
+        stand_in.limits.append((until, variance))
         stand_in.calls.append((loaded, seed))
         stand_in.accels.append(accel)
         if stand_in.render is not None:
-            return stand_in.render(loaded, seed=seed, progress=progress)
+            return stand_in.render(loaded, seed=seed, progress=progress, interrupted=interrupted)
         stand_in.pictures.append(StandInPicture(loaded))
         return stand_in.pictures[-1]
 

@@ -3,14 +3,17 @@
 import json
 import os
 import re
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import OpenEXR
 import pytest
 from PIL import Image
 
-from renderer import __version__, cli
+from renderer import __version__, cli, options as command_line
 from renderer.core.errors import RenderError
+from tests.cli.conftest import StandInPicture
 
 
 def test_default_output_has_the_scenes_name(scene, engine):
@@ -53,7 +56,7 @@ def test_without_options_the_scene_decides(scene, engine):
     assert cli.main([scene]) == 0
     (loaded, seed), = engine.calls
     assert (loaded.description.rendermode, loaded.description.nbounces, seed) == ("phong", 2, 0)
-    assert engine.pictures[0].graded == [(None, None, "linear")]
+    assert engine.pictures[0].graded == [(None, None, None)]
     assert engine.loaded == [(None, None)]
 
 
@@ -82,7 +85,7 @@ def test_unknown_structure_is_told_with_those_there_are(scene, engine, capsys):
     """And nothing is rendered."""
     assert cli.main([scene, "--accel", "octree"]) == 2
     said = capsys.readouterr().err
-    assert "--accel" in said and "'octree'" in said and all(name in said for name in cli.ACCELS)
+    assert "--accel" in said and "'octree'" in said and all(name in said for name in command_line.ACCELS)
     assert engine.calls == []
 
 
@@ -174,6 +177,14 @@ def test_all_mistakes_of_a_scene_are_told(scene, document, engine, capsys):
     (["small.json", "--size", "300"], "must look like 1200x800"),
     (["small.json", "--size", "0x5"], "width: must be"),
     (["small.json", "--size", "65536x65536"], "65536 x 65536"),
+    (["small.json", "--time", "0"], "must be a number greater than 0"),
+    (["small.json", "--error", "inf"], "must be a number greater than 0"),
+    (["small.json", "--time", "2", "--mode", "depth"], "--time: mode 'depth' has no samples"),
+    (["small.json", "--pixel", "3"], "must look like 12,34"),
+    (["small.json", "--pixel", "6,0"], "--pixel: the picture is 6 x 4, counted from 0"),
+    (["small.json", "--pixel", "0,0", "--mode", "uv"], "--pixel: mode 'uv' has no samples"),
+    (["small.json", "--sample", "3"], "--sample needs --pixel X,Y"),
+    (["small.json", "--denoise", "--mode", "binary"], "--denoise: mode 'binary' shows no light"),
     (["small.json", "--exposure", "nan"], "must be a number of at least 0"),
     (["small.json", "--exposure", "-1"], "must be a number of at least 0"),
     (["small.json", "--exposure", "bright"], "must be a number of at least 0"),
@@ -262,7 +273,7 @@ def test_second_failure_is_reported_too(scene, engine, capsys):
 ], ids=lambda value: type(value).__name__ if isinstance(value, BaseException) else "")
 def test_failure_while_rendering_is_told(scene, engine, capsys, monkeypatch, error, status, message):
     """One line and the documented status; an old picture stays as it was."""
-    def fail(loaded, *, seed, progress):
+    def fail(loaded, **settings):
         raise error
 
     monkeypatch.delenv("RENDERER_DEBUG", raising=False)
@@ -276,7 +287,7 @@ def test_failure_while_rendering_is_told(scene, engine, capsys, monkeypatch, err
 
 def test_traceback_is_there_for_developers(scene, engine, capsys, monkeypatch):
     """RENDERER_DEBUG shows where it happened."""
-    def fail(loaded, *, seed, progress):
+    def fail(loaded, **settings):
         raise ZeroDivisionError
 
     engine.render = fail
@@ -327,3 +338,129 @@ def test_schema_is_json(capfd):
 def test_rate_is_short(rate, words):
     """Two digits are enough, and rounding never gives 1000 of a unit."""
     assert cli.rate_in_words(rate) == words
+
+
+def test_limits_of_time_and_error_reach_the_engine(scene, engine):
+    """In place of the scene's number of samples; --samples is the most then."""
+    from renderer.engine.passes import Until
+    from renderer.scene.schema import MAX_SAMPLES
+
+    for given, until in (
+        ([], None), (["--time", "2.5"], Until(MAX_SAMPLES, 2.5)), (["--error", "0.02"], Until(error=0.02)),
+        (["--time", "1e3", "--error", "1", "--samples", "64"], Until(64, 1000.0, 1.0)),
+    ):
+        assert cli.main([scene, *given]) == 0
+        assert engine.limits[-1] == (until, False)
+
+
+def test_variance_is_asked_for_where_it_is_written(scene, engine):
+    """An EXR has a place for it."""
+    assert cli.main([scene, "-o", "a.ppm", "-o", "b.EXR"]) == 0
+    assert engine.limits == [(None, True)]
+
+
+def test_exr_tells_the_samples_that_were_rendered(scene, engine):
+    """Not those that were asked for, where time was up before."""
+    def stopped(loaded, **settings):
+        picture = StandInPicture(loaded)
+        picture.samples = 12
+        return picture
+
+    engine.render = stopped
+    assert cli.main([scene, "-o", "x.exr", "--samples", "40", "--time", "1"]) == 0
+    assert OpenEXR.File("x.exr").header()["renderer.samples"] == "12"
+
+
+def test_interrupted_picture_is_written_with_its_status(scene, engine, capsys):
+    """130, the picture, and how many samples it has."""
+    import signal
+
+    def stopped(loaded, *, interrupted, **settings):
+        assert not interrupted()
+        signal.raise_signal(signal.SIGINT)
+        assert interrupted()
+        return StandInPicture(loaded)
+
+    engine.render = stopped
+    assert cli.main([scene, "-q"]) == 130
+    assert capsys.readouterr().err.endswith("interrupted after 1 sample a pixel\n") and os.path.exists("small.ppm")
+
+
+def test_lost_samples_are_told_with_the_command_that_repeats_them(scene, engine, capsys):
+    """Also with --quiet; what the picture depended on is in the command."""
+    def lossy(loaded, **settings):
+        picture = StandInPicture(loaded)
+        picture.lost = SimpleNamespace(count=3, examples=(("nan", 5, 2, 17), ("inf", 0, 1, 0)))
+        return picture
+
+    engine.render = lossy
+    assert cli.main([scene, "-q", "--seed", "4", "--size", "8x6", "--samples", "20", "--bounces", "0"]) == 0
+    assert capsys.readouterr().err.splitlines() == [
+        "warning: 3 samples of the picture were NaN or infinite, and left out",
+        "warning: nan: python -m renderer small.json --pixel 5,2 --sample 17 --seed 4 --size 8x6 --samples 20 --bounces 0",
+        "warning: inf: python -m renderer small.json --pixel 0,1 --sample 0 --seed 4 --size 8x6 --samples 20 --bounces 0"]
+
+
+def test_one_sample_is_printed(scene, capfd):
+    """Its radiance goes to standard output, and no picture is written; another sample or seed is another number."""
+    options = ["--mode", "pathtracer", "--bounces", "1"]
+    said = []
+    for given in (["--sample", "3"], ["--sample", "3"], ["--sample", "4"], ["--sample", "3", "--seed", "1"]):
+        assert cli.main([scene, "--pixel", "2,1", *given, *options]) == 0
+        said.append(capfd.readouterr().out)
+    number = r"[-+.e0-9]+"
+    assert re.fullmatch(rf"pixel 2,1 sample 3 seed 0: {number} {number} {number}\n", said[0])
+    assert said[0] == said[1] != said[2] and said[3].startswith("pixel 2,1 sample 3 seed 1: ")
+    assert said[3].split(": ")[1] != said[0].split(": ")[1]
+    assert os.listdir(".") == [scene]
+
+
+def test_denoiser_that_is_not_installed_is_told(scene, engine, capsys, monkeypatch):
+    """Before any work, with the command that installs it."""
+    monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
+    assert cli.main([scene, "--denoise"]) == 2
+    said = capsys.readouterr().err
+    assert "pip install '.[denoise]'" in said and len(said.splitlines()) == 1
+    assert engine.calls == [] and os.listdir(".") == [scene]
+
+
+def test_denoiser_gets_the_picture_and_gives_another(scene, document, monkeypatch):
+    """A stand-in for the library: linear colour, albedo and normals go in, and what comes out is written."""
+    def denoise(colour, albedo, normal, *, hdr, clean_aux):
+        assert colour.shape == albedo.shape == normal.shape == (4, 6, 3) and hdr and clean_aux
+        assert colour[0, 0].tolist() == [0.25] * 3 and not albedo[0, 0].any() and normal[2, 3, 2] < -0.5
+        return 0.5 * colour
+
+    monkeypatch.setitem(sys.modules, "mitsuba_oidn", SimpleNamespace(denoise=denoise))
+    assert cli.main([scene, "-o", "plain.exr", "-o", "plain.ppm"]) == 0
+    assert cli.main([scene, "-o", "smooth.exr", "-o", "smooth.ppm", "--denoise"]) == 0
+    plain, smooth = (OpenEXR.File(f"{name}.exr", separate_channels=True).channels() for name in ("plain", "smooth"))
+    for name in "RGB":
+        assert (smooth[name].pixels == 0.5 * plain[name].pixels).all() and plain[name].pixels.any()
+    assert Path("plain.ppm").read_bytes()[-1] == 64 and Path("smooth.ppm").read_bytes()[-1] == 32
+
+
+def test_failure_of_the_denoiser_is_told(scene, monkeypatch, capsys):
+    """Status 1 and one line."""
+    def denoise(*pictures, **settings):
+        raise RuntimeError("no device")
+
+    monkeypatch.setitem(sys.modules, "mitsuba_oidn", SimpleNamespace(denoise=denoise))
+    assert cli.main([scene, "--denoise"]) == 1
+    assert "cannot be denoised: no device" in capsys.readouterr().err
+
+
+def test_exr_has_what_the_first_rays_hit(scene):
+    """Beside the colour where light is shown, and not where a mode shows one thing only."""
+    first = {"Albedo.R", "Albedo.G", "Albedo.B", "N.X", "N.Y", "N.Z", "Z", "Shape", "SampleCount"}
+    for options, names, samples in (
+        (["--samples", "2"], first | {"Variance"}, 2), ([], first, 1),
+        (["--mode", "pathtracer"], first | {"Variance"}, 64), (["--mode", "binary", "--samples", "2"], set(), 2),
+    ):
+        assert cli.main([scene, "-o", "x.exr", *options]) == 0
+        channels = OpenEXR.File("x.exr", separate_channels=True).channels()
+        assert set(channels) == {"R", "G", "B"} | names
+        if names:
+            assert channels["N.Z"].pixels[2, 3] < -0.5 and channels["Z"].pixels[2, 3] < 1 < channels["Z"].pixels[0, 0]
+            assert channels["Shape"].pixels[2, 3] == 0 and channels["Shape"].pixels[0, 0] == 2**32 - 1
+            assert channels["SampleCount"].pixels[1, 1] == samples

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 
+import OpenEXR
 import pytest
 
 HEAVY = ("numpy", "drjit", "pydantic", "PIL", "OpenEXR", "tqdm", "mitsuba")
@@ -29,6 +30,19 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.meta_path.insert(0, Interrupting())
 sys.argv = ["renderer", "small.json"]
 runpy.run_module("renderer", run_name="__main__", alter_sys=True)
+"""
+# A stand-in engine with a first pass, and a second that hangs.
+STUBBORN = """
+import hashlib, sys
+from renderer import cli
+
+def block(loaded, *, interrupted, **settings):
+    interrupted()
+    print("a pass is done", flush=True)
+    hashlib.pbkdf2_hmac("sha256", b"x", b"y", 2**31 - 1)
+
+cli._load_engine = lambda backend, threads: block
+sys.exit(cli.main(["small.json"]))
 """
 # A stand-in engine that keeps the main thread inside a call of C, as a long kernel does.
 BLOCKED = """
@@ -116,13 +130,29 @@ def interrupted(process, after):
     return status, said, time.monotonic() - sent
 
 
-def test_interrupt_leaves_nothing_behind(scene, interruptible):
-    """Ctrl-C gives 130 soon, and there is neither a picture nor a temporary file."""
-    process = interruptible(sys.executable, "-m", "renderer", scene, *ENDLESS)
+def test_interrupt_keeps_the_picture_so_far(scene, interruptible):
+    """Ctrl-C gives 130 soon, a whole picture, and the number of its samples."""
+    process = interruptible(sys.executable, "-m", "renderer", scene, *ENDLESS, "-o", "x.exr", "-o", "x.ppm")
     status, said, seconds = interrupted(process, 3.0)
     assert status == 130
-    assert said.endswith("interrupted; no picture was left unfinished\n")
+    assert "interrupted; the picture so far is written" in said
+    samples = re.search(r"interrupted after (\d+) samples a pixel\n$", said)[1]
+    assert 1 < int(samples) < 16_000_000
     assert seconds < 10  # hours, were the signal lost
+    assert sorted(os.listdir(".")) == [scene, "x.exr", "x.ppm"]
+    assert OpenEXR.File("x.exr").header()["renderer.samples"] == samples
+    assert os.path.getsize("x.ppm") == len(b"P6\n300 200\n255\n") + 300 * 200 * 3
+
+
+def test_second_interrupt_leaves_nothing_behind(scene, interruptible):
+    """Whoever presses Ctrl-C again does not want the picture."""
+    process = interruptible(sys.executable, "-c", STUBBORN, stdout=subprocess.PIPE)
+    assert process.stdout.readline() == b"a pass is done\n"
+    process.send_signal(signal.SIGINT)
+    time.sleep(1.5)  # three times the grace that a signal without a picture has
+    status, said, seconds = interrupted(process, 0.0)
+    assert (status, said.splitlines()[-1]) == (130, "interrupted; no picture was left unfinished")
+    assert seconds < 10
     assert os.listdir(".") == [scene]
 
 

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from renderer import __version__, cli
+from renderer import __version__, cli, options as command_line
 from renderer.core import errors
 
 PAGE = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text()
@@ -12,7 +12,7 @@ ROWS = [line for line in PAGE.splitlines() if line.startswith("| `-")]
 
 def options():
     """Return the parser's actions that have option names."""
-    return [action for action in cli.build_parser()._actions if action.option_strings]
+    return [action for action in command_line.build_parser()._actions if action.option_strings]
 
 
 def test_every_option_has_its_row():
@@ -48,13 +48,13 @@ def test_every_header_key_is_told(scene, engine):
 
 def test_backends_are_those_of_the_engine(run_python):
     """The parser keeps a copy of the list, because asking for it would load Dr.Jit."""
-    code = "from renderer.core import backend; from renderer import cli; print(backend.BACKENDS == cli.BACKENDS)"
+    code = "from renderer.core import backend; from renderer import options as command_line; print(backend.BACKENDS == command_line.BACKENDS)"
     assert run_python(code).stdout == "True\n"
 
 
 def test_structures_are_those_of_the_engine(run_python):
     """A copy for the same reason."""
-    code = "from renderer.scene import arrange; from renderer import cli; print(arrange.STRUCTURES == cli.ACCELS)"
+    code = "from renderer.scene import arrange; from renderer import options as command_line; print(arrange.STRUCTURES == command_line.ACCELS)"
     assert run_python(code).stdout == "True\n"
 
 

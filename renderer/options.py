@@ -1,0 +1,158 @@
+"""The options of the command line: what there is, how each is read, and what is said about those that cannot be."""
+
+import argparse
+import os
+import re
+
+from renderer import __version__
+from renderer.core.errors import UsageError
+
+COMMANDS = ("doctor", "schema")
+BACKENDS = ("llvm", "cuda")  # as renderer.core.backend has them, which cannot be asked without loading Dr.Jit
+ACCELS = ("auto", "bvh", "grid", "none")  # as renderer.scene.arrange has them, which loads Dr.Jit too
+ENCODINGS = ("linear", "srgb")
+MAX_SEED = 2**32 - 1
+MAX_THREADS = 1024  # more threads than that are a typing mistake that would exhaust the machine
+EPILOG = """\
+commands in place of a scene:
+  doctor                is everything there that rendering needs? If not: what to do
+  schema                print the JSON Schema of scene files, for editors
+
+exit status: 0 done, 1 the render failed, 2 the input cannot be used, 130 interrupted
+"""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose complaints are exceptions like all other bad input."""
+
+    def error(self, message):
+        raise UsageError(f"{message} (see: {self.prog} --help)")
+
+    def _print_message(self, message, file=None):
+        """Print help or version; the inherited method would hide a full disk and a closed pipe."""
+        print_out(message)
+
+
+def build_parser():
+    """Return the parser of everything but the commands."""
+    from renderer.scene import schema
+
+    parser = Parser(
+        prog="python -m renderer", allow_abbrev=False, epilog=EPILOG,
+        description="Render a JSON scene to a picture. Options take precedence over what the scene file says.",
+        formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, max_help_position=26),
+    )
+    parser.add_argument("scene", metavar="SCENE", help="scene file (JSON)")
+    add = parser.add_argument_group("what is rendered").add_argument
+    add("--mode", choices=schema.RENDER_MODES, metavar="MODE", help=" | ".join(schema.RENDER_MODES))
+    add("--samples", type=_integer(1, schema.MAX_SAMPLES), metavar="N", help="rays a pixel")
+    add("--size", type=_size, metavar="WxH", help="width and height in pixels, e.g. 1200x800")
+    add("--bounces", type=_integer(0, schema.MAX_BOUNCES), metavar="N", help="most reflections and refractions")
+    add("--time", type=_positive, metavar="S", help="stop after S seconds of rendering")
+    add("--error", type=_positive, metavar="E",
+        help="stop at an estimated relative error of E; with --time or --error, --samples is the most there may be, and "
+        "the scene's own number does not count")
+    add("--seed", type=_integer(0, MAX_SEED), default=0, metavar="N", help="seed of the random numbers (default 0)")
+    add("--strict", action="store_true", help="treat warnings about the scene file as mistakes")
+
+    add("--pixel", type=_pixel, metavar="X,Y",
+        help="render one sample of one pixel (column and row from the top left corner, from 0), print its radiance, and "
+        "write nothing")
+    add("--sample", type=_integer(0, schema.MAX_SAMPLES - 1), metavar="N", help="which one with --pixel (default 0)")
+
+    add = parser.add_argument_group("where the picture goes").add_argument
+    add("-o", "--output", action="append", metavar="FILE",
+        help=".ppm, .png or .exr (linear radiance); repeat it for several files from one render; '-' writes a PPM to "
+        "standard output (default: the scene's name with .ppm, in the current folder)")
+    add("--tonemap", choices=schema.TONEMAPS, metavar="CURVE", help=" | ".join(schema.TONEMAPS))
+    add("--exposure", type=_exposure, metavar="X", help="brightness: radiance is multiplied by X / 0.1")
+    add("--encoding", choices=ENCODINGS, metavar="NAME",
+        help=" | ".join(ENCODINGS) + ": 8-bit values proportional to light, or the sRGB curve (default: srgb in mode "
+        f"{schema.PATHTRACER}, else linear)")
+    add("--denoise", action="store_true", help="take noise out of the picture (needs: pip install '.[denoise]')")
+
+    add = parser.add_argument_group("how it is computed").add_argument
+    add("--backend", choices=BACKENDS, metavar="NAME", help=" | ".join(BACKENDS) + " (default: what works here)")
+    add("--accel", choices=ACCELS, default="auto", metavar="NAME",
+        help=" | ".join(ACCELS) + ": how rays find shapes (default auto: bvh for meshes and many shapes)")
+    add("--threads", type=_integer(1, MAX_THREADS), metavar="N", help="threads of the CPU (default: all)")
+    add("-q", "--quiet", action="store_true", help="print nothing but warnings and errors")
+    add("--version", action="version", version=f"renderer {__version__}")
+    return parser
+
+
+def parse(arguments):
+    """Return the options; raises UsageError with the nearest known name of an unknown option."""
+    parser = build_parser()
+    options, unknown = parser.parse_known_args(arguments)
+    if unknown:
+        import difflib
+
+        known = [name for action in parser._actions for name in action.option_strings]
+        near = difflib.get_close_matches(unknown[0].split("=")[0], known, n=1)
+        parser.error(f"unknown argument '{unknown[0]}'" + (f", did you mean '{near[0]}'?" if near else ""))
+    if options.sample is not None and options.pixel is None:
+        parser.error("--sample needs --pixel X,Y")
+    if options.scene in COMMANDS and not os.path.exists(options.scene):
+        parser.error(f"'{options.scene}' takes no options of a render; it stands alone")
+    return options
+
+
+def _integer(low, high):
+    """Return a reader of whole numbers in a range."""
+
+    def read(text):
+        if not re.fullmatch(r"[+-]?[0-9]{1,18}", text) or not low <= int(text) <= high:
+            raise argparse.ArgumentTypeError(f"must be a whole number from {low} to {high}, got '{text}'")
+        return int(text)
+
+    return read
+
+
+def _pixel(text):
+    """Return (column, row) from `12,34`."""
+    match = re.fullmatch(r"([0-9]{1,9}),([0-9]{1,9})", text)
+    if not match:
+        raise argparse.ArgumentTypeError(f"must look like 12,34, got '{text}'")
+    return int(match[1]), int(match[2])
+
+
+def _size(text):
+    """Return (width, height) from `1200x800`; the loader knows which sizes are allowed."""
+    match = re.fullmatch(r"([0-9]{1,9})[xX]([0-9]{1,9})", text)
+    if not match:
+        raise argparse.ArgumentTypeError(f"must look like 1200x800, got '{text}'")
+    return int(match[1]), int(match[2])
+
+
+def _exposure(text):
+    """Return a finite number that is not negative."""
+    value = _finite(text)
+    if value is None or value < 0:
+        raise argparse.ArgumentTypeError(f"must be a number of at least 0, got '{text}'")
+    return value
+
+
+def _positive(text):
+    """Return a finite number greater than 0."""
+    value = _finite(text)
+    if value is None or value <= 0:
+        raise argparse.ArgumentTypeError(f"must be a number greater than 0, got '{text}'")
+    return value
+
+
+def _finite(text):
+    """Return a finite number, or None for what is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if abs(value) < float("inf") else None
+
+
+def print_out(text):
+    """Print what was asked for to standard output."""
+    from renderer.io import outputs
+
+    with outputs.standard_output() as stream:
+        stream.write(text.encode())
