@@ -14,8 +14,9 @@ import drjit as dr
 from renderer.bsdfs import microfacet
 from renderer.bsdfs.base import BsdfKind, BsdfSample, register
 from renderer.core.backend import Bool, Float, Vector3f
+from renderer.core.elementary import exp2, log2, sincos_turns
 from renderer.core.fresnel import dielectric
-from renderer.core.numeric import TINY, greater
+from renderer.core.numeric import TINY, away_from_zero, greater
 
 # Diffuse colour; its factor kd (1 - rho) / pi; colour of the lobe with all its factors; exponents; rho; rho and the
 # probability of the lobe; factor of the diffuse density; of the lobe's; index and inverse; 1 for glass; of mirrors: alpha
@@ -67,8 +68,9 @@ def smooth(material):
 def sample(p, wi, u, u2, has):
     """Return a direction of one of the parts; the density is that of all parts that are not delta."""
     turned = _turned(wi, wi)
-    wo, delta = _not_delta(p, turned, u, u2, has), Bool(False)
-    value, pdf_sa = _evaluate(p, turned, wo, has)
+    wo, lobe = _not_delta(p, turned, u, u2, has)
+    delta = Bool(False)
+    value, pdf_sa = _evaluate(p, turned, wo, lobe, has)
     valid = (turned.z > 0) & (wo.z > 0) & (pdf_sa > 0)
     weight, eta = value / dr.select(valid, pdf_sa, 1), Float(1)
     wo = _turned(wo, wi)
@@ -86,7 +88,7 @@ def sample(p, wi, u, u2, has):
 def evaluate(p, wi, wo, has):
     """Return value and density of all parts that are not delta; 0 unless both directions are on the same side."""
     wo, wi = _turned(wo, wi), _turned(wi, wi)
-    value, pdf_sa = _evaluate(p, wi, wo, has)
+    value, pdf_sa = _evaluate(p, wi, wo, _lobe(p, wi, wo) if HIGHLIGHT in has else None, has)
     valid = (wi.z > 0) & (wo.z > 0)
     return dr.select(valid, value, 0), dr.select(valid, pdf_sa, 0)
 
@@ -118,46 +120,60 @@ def _turned(w, wi):
     return Vector3f(w.x, w.y, dr.select(wi.z < 0, -w.z, w.z))
 
 
+def _lobe(p, wi, wo):
+    """Return (n.h)^e, and 1 / |wi + wo|, for directions above the surface."""
+    h = wi + wo
+    inverse = dr.rsqrt(dr.squared_norm(h) + TINY)
+    return exp2(log2(h.z * inverse) * p[EXPONENT]), inverse
+
+
 def _not_delta(p, wi, u, u2, has):
-    """Return a direction of base, lobe or blurred mirror, which have the azimuth's sine and cosine in common."""
-    sin_phi, cos_phi = dr.sincos(u2.x * (2 * math.pi))
-    cos, sin = dr.sqrt(1 - u2.y), dr.sqrt(u2.y)  # of a cosine-weighted hemisphere
-    if LOBE_DRAWN not in has:
-        wo = Vector3f(sin * cos_phi, sin * sin_phi, cos)
-    else:
-        cos_h = dr.exp2(dr.log2(1 - u2.y) * p[INVERSE_EXPONENT])
-        sin_h = dr.sqrt(1 - dr.square(cos_h))
-        wo = h = Vector3f(sin_h * cos_phi, sin_h * sin_phi, cos_h)
-        lobe = Bool(True)
+    """Return a direction of base, lobe or blurred mirror, and what `_lobe` says of it (None without highlight).
+
+    All parts have the azimuth's sine and cosine in common. One power serves lobe and base: that which gives the lobe's
+    half vector its cosine, (1 - u)^(1 / (e + 1)), or that of the base's half vector.
+    """
+    sin_phi, cos_phi = sincos_turns(u2.x)
+    rest = 1 - u2.y
+    cos, sin = dr.sqrt(rest), dr.sqrt(u2.y)  # of a cosine-weighted hemisphere
+    wo, lobe = Vector3f(sin * cos_phi, sin * sin_phi, cos), None
+    if HIGHLIGHT in has:
+        chosen, argument, exponent, inverse = Bool(True), rest, p[INVERSE_EXPONENT], Float(0)
         if DIFFUSE in has:
-            lobe = u < p[RHO_OR_LOBE]
-            wo = Vector3f(dr.select(lobe, sin_h, sin) * cos_phi, dr.select(lobe, sin_h, sin) * sin_phi,
-                          dr.select(lobe, cos_h, cos))  # fmt: skip
-        wo = dr.select(lobe, dr.fma(h, 2 * dr.dot(wi, h), -wi), wo)
+            h = wi + wo
+            inverse = dr.rsqrt(dr.squared_norm(h) + TINY)
+            chosen = u < p[RHO_OR_LOBE]
+            argument = dr.select(chosen, rest, h.z * inverse)
+            exponent = dr.select(chosen, exponent, p[EXPONENT])
+        power = exp2(log2(argument) * exponent)
+        sin = dr.sqrt(greater(1 - dr.square(power), Float(0)))
+        h = Vector3f(sin * cos_phi, sin * sin_phi, power)
+        cos_d = dr.dot(wi, h)
+        wo = dr.select(chosen, dr.fma(h, 2 * cos_d, -wi), wo)
+        # half vectors that wi sees from behind lead below the surface; their numbers only have to be finite
+        lobe = (dr.select(chosen, rest / power, power),
+                dr.select(chosen, 0.5 / away_from_zero(greater(cos_d, Float(0))), inverse))  # fmt: skip
     if BLURRED in has:
-        blurred = microfacet.reflect(wi, _ggx(p).sample(wi, u2))
-        wo = dr.select((u < p[RHO]) & (p[ALPHA] > 0), blurred, wo)
-    return wo
+        blurred = (u < p[RHO]) & (p[ALPHA] > 0)
+        wo = dr.select(blurred, microfacet.reflect(wi, _ggx(p).sample(wi, u2)), wo)
+        if HIGHLIGHT in has:
+            lobe = tuple(dr.select(blurred, there, here) for there, here in zip(_lobe(p, wi, wo), lobe))
+    return wo, lobe
 
 
-def _evaluate(p, wi, wo, has):
-    """Return value and density of what is not delta, for directions above the surface."""
+def _evaluate(p, wi, wo, lobe, has):
+    """Return value and density of what is not delta, for directions above the surface; `lobe` is as of `_lobe`."""
     value, pdf_sa = Vector3f(0), Float(0)
     cosine = wo.z / _limit(p) if LIMITED in has else wo.z
     if DIFFUSE in has:
         value, pdf_sa = p.vector(COLOUR) * (p[KD] * cosine), p[DIFFUSE_PDF] * wo.z
-    if not {HIGHLIGHT, BLURRED}.intersection(has):
-        return value, pdf_sa
-    h = wi + wo
-    inverse = dr.rsqrt(dr.squared_norm(h) + TINY)
     if HIGHLIGHT in has:
-        power = dr.exp2(dr.log2(dr.select(h.z > 0, h.z, 1) * inverse) * p[EXPONENT])
+        power, inverse = lobe
         value = value + p.vector(LOBE) * (power * cosine)
-        if LOBE_DRAWN in has:
-            pdf_sa = pdf_sa + p[LOBE_PDF] * power * inverse
+        pdf_sa = pdf_sa + p[LOBE_PDF] * power * inverse
     if BLURRED in has:
         ggx = _ggx(p)
-        density = dr.select(p[ALPHA] > 0, p[RHO] * ggx.density(h) * ggx.visibility(wi) * 0.25, 0)
+        density = dr.select(p[ALPHA] > 0, p[RHO] * ggx.density(wi + wo) * ggx.visibility(wi) * 0.25, 0)
         value = value + density * ggx.visibility(wo) * wo.z
         pdf_sa = pdf_sa + density
     return value, pdf_sa

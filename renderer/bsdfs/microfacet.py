@@ -11,6 +11,7 @@ import math
 import drjit as dr
 
 from renderer.core.backend import Float, Vector3f
+from renderer.core.elementary import exp2, sincos_turns
 from renderer.core.numeric import TINY, away_from_zero, greater, lesser
 
 ALPHA_MIN = 1e-4  # below it a surface counts as smooth; narrower lobes are lost in the rounding of half vectors
@@ -94,7 +95,7 @@ class Ggx:
         x, y, z = self._ax * wi.x * scale, self._ay * wi.y * scale, abs(wi.z) * scale
         height = (1 - u2.y) * (1 + z)  # of the cap's point over -z
         sin = dr.sqrt((1 + z) * u2.y * (height + greater(1 - z, Float(0))))
-        sin_phi, cos_phi = dr.sincos(u2.x * (2 * math.pi))
+        sin_phi, cos_phi = sincos_turns(u2.x)
         return Vector3f(self._ax * dr.fma(sin, cos_phi, x), self._ay * dr.fma(sin, sin_phi, y), height)
 
 
@@ -109,7 +110,7 @@ class Beckmann:
         tan2 = (dr.square(h.x) + dr.square(h.y)) / dr.square(h.z)
         inverse = dr.rcp(dr.square(self._alpha))
         exponent = tan2 * inverse
-        result = dr.exp(-exponent) * dr.square(1 + tan2) * (inverse / math.pi)
+        result = exp2(exponent * -math.log2(math.e)) * dr.square(1 + tan2) * (inverse / math.pi)
         return dr.select(exponent < BECKMANN_CUT, result, 0)  # also 0 for the infinity or NaN of h.z = 0
 
     def visibility(self, v):

@@ -13,6 +13,7 @@ import drjit as dr
 from renderer.bsdfs import microfacet
 from renderer.bsdfs.base import BsdfKind, BsdfSample, register
 from renderer.core.backend import Bool, Float, Vector3f
+from renderer.core.elementary import exp2, log2, sincos_turns
 from renderer.core.fresnel import dielectric
 from renderer.core.numeric import TINY, greater
 
@@ -52,11 +53,11 @@ def sample(p, wi, u, u2, has):
     """Return a direction of one of the lobes; the density is that of all."""
     diffuse, coat = _picking(p, has)
     h = _highlight(p, has).sample(wi, u2)
-    sin_phi, cos_phi = dr.sincos(u2.x * (2 * math.pi))
+    sin_phi, cos_phi = sincos_turns(u2.x)
     if COATED in has:
         # sin^2 of the normal from (alpha^2)^(1 - u), where 1 - cos^2 would cancel [Burley2012, eq. B.2]
         alpha2 = dr.square(p[COAT_ALPHA])
-        sin2 = (dr.exp2(dr.log2(alpha2) * (1 - u2.y)) - alpha2) / (1 - alpha2)
+        sin2 = (exp2(log2(alpha2) * (1 - u2.y)) - alpha2) / (1 - alpha2)
         sin = dr.sqrt(greater(sin2, Float(0)))
         of_coat = Vector3f(sin * cos_phi, sin * sin_phi, dr.sqrt(greater(1 - sin2, Float(0))))
         h = dr.select(u < diffuse + coat, of_coat, h)
@@ -165,7 +166,7 @@ def _coat_density(p, h, length2):
     """Return GTR1, (alpha^2 - 1) / (2 pi ln(alpha) (sin^2 + alpha^2 cos^2)) of a normal of any length."""
     alpha = p[COAT_ALPHA]
     spread = dr.square(h.x) + dr.square(h.y) + dr.square(alpha * h.z)
-    return (dr.square(alpha) - 1) * (0.5 / math.pi) / dr.log(alpha) * length2 / (spread + TINY)
+    return (dr.square(alpha) - 1) * (0.5 / math.pi) / (math.log(2) * log2(alpha)) * length2 / (spread + TINY)
 
 
 register(BsdfKind(

@@ -8,7 +8,8 @@ import math
 import drjit as dr
 
 from renderer.core.backend import Float, Vector2f, Vector3f
-from renderer.core.numeric import greater, safe_sqrt
+from renderer.core.elementary import sincos_eighth, sincos_turns
+from renderer.core.numeric import away_from_zero, greater, safe_sqrt
 
 
 def square_to_disk(u2):
@@ -16,10 +17,10 @@ def square_to_disk(u2):
     x, y = dr.fma(u2.x, 2, -1), dr.fma(u2.y, 2, -1)
     wide = abs(x) > abs(y)
     r = dr.select(wide, x, y)
-    quotient = dr.select(wide, y, x) / dr.select(r == 0, Float(1), r)
-    phi = dr.select(wide, quotient * (math.pi / 4), math.pi / 2 - quotient * (math.pi / 4))
-    sin_phi, cos_phi = dr.sincos(phi)
-    return Vector2f(r * cos_phi, r * sin_phi)
+    # in the wedges around y the angle is a quarter less this one, which exchanges sine and cosine
+    sin_phi, cos_phi = sincos_eighth(dr.select(wide, y, x) / away_from_zero(r))
+    a, b = r * cos_phi, r * sin_phi
+    return Vector2f(dr.select(wide, a, b), dr.select(wide, b, a))
 
 
 def square_to_cosine_hemisphere(u2):
@@ -48,7 +49,7 @@ def square_to_cone(u2, one_minus_cos):
     """
     x = u2.x * one_minus_cos
     sin = safe_sqrt(x * (2 - x))
-    sin_phi, cos_phi = dr.sincos(u2.y * (2 * math.pi))
+    sin_phi, cos_phi = sincos_turns(u2.y)
     return Vector3f(sin * cos_phi, sin * sin_phi, 1 - x)
 
 

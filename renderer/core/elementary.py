@@ -1,0 +1,74 @@
+"""Elementary functions for the ranges that sampling needs, without what the general ones spend on other arguments.
+
+On CPUs Dr.Jit's own cost as much as 8 divisions (measured with LLVM 19 on AVX-512, a lane and thread: log2 0.35 ns,
+sincos 0.31 ns, exp2 0.16 ns, a division 0.04 ns); these take 0.13, 0.16 and 0.13 ns. GPUs have instructions for them.
+The coefficients interpolate at Chebyshev points,
+`Chebyshev.interpolate(f, count - 1, domain).convert(kind=Polynomial)` in numpy; errors are those in float32.
+"""
+
+import drjit as dr
+
+from renderer.core.backend import NAME, Float, Int32
+from renderer.core.numeric import greater
+
+ON_GPU = NAME == "cuda"
+TWO_PI = 6.283185307179586
+# sin(2 pi t) / t and cos(2 pi t) in t^2 <= 1/16; sin(pi q / 4) / q and cos(pi q / 4) in q^2 <= 1
+SIN_TURN = 6.28318528, -41.34168061, 81.60247637, -76.58117264, 39.75982707
+COS_TURN = 0.999999953, -19.73917121, 64.93457265, -85.23987026, 56.23870043
+SIN_EIGHTH = 0.785398161, -0.08074543471, 0.002490006801, -3.595429073e-05
+COS_EIGHTH = 0.9999999723, -0.3084242519, 0.01584991071, -0.0003188774749
+# log2(1 + f) / f for sqrt(1/2) <= 1 + f <= sqrt(2); 2^f for -1/2 <= f <= 1/2
+LOG2 = (1.442695004, -0.7213474682, 0.4809107535, -0.3606932681, 0.2879032609, -0.2391698814, 0.2160782256,
+        -0.2058618803, 0.1231096843)  # fmt: skip
+EXP2 = 1.0, 0.6931472067, 0.2402265092, 0.05550327227, 0.009618056678, 0.001340042818, 0.0001546144472
+ROOT_HALF_BITS = 0x3F3504F3  # of sqrt(1/2)
+MANTISSA_BITS, EXPONENT_BIAS = 23, 127
+LEAST_EXPONENT = -126.0  # of normal numbers; what would be less counts as 2^-126
+
+
+def polynomial(x, coefficients):
+    """Return the polynomial with the coefficients of 1, x, x^2, ..."""
+    *rest, last = coefficients
+    result = Float(last)
+    for coefficient in reversed(rest):
+        result = dr.fma(result, x, coefficient)
+    return result
+
+
+def sincos_turns(u):
+    """Return sine and cosine of u turns, 0 <= u <= 1, to 3e-7."""
+    if ON_GPU:
+        return dr.sincos(u * TWO_PI)
+    x = 0.5 - u
+    t = abs(x) - 0.25
+    t2 = dr.square(t)
+    return dr.mulsign(polynomial(t2, COS_TURN), x), t * polynomial(t2, SIN_TURN)
+
+
+def sincos_eighth(q):
+    """Return sine and cosine of q eighths of a turn, -1 <= q <= 1, to 1e-7."""
+    if ON_GPU:
+        return dr.sincos(q * (TWO_PI / 8))
+    q2 = dr.square(q)
+    return q * polynomial(q2, SIN_EIGHTH), polynomial(q2, COS_EIGHTH)
+
+
+def log2(x):
+    """Return the logarithm to base 2 of normal x > 0, to 2e-7 of it (also near 1) or of 1; finite for 0 and below."""
+    if ON_GPU:
+        return dr.log2(greater(x, Float(2.0**LEAST_EXPONENT)))
+    bits = dr.reinterpret_array(Int32, x)
+    exponent = (bits - ROOT_HALF_BITS) >> MANTISSA_BITS
+    f = dr.reinterpret_array(Float, bits - (exponent << MANTISSA_BITS)) - 1
+    return dr.fma(f, polynomial(f, LOG2), Float(exponent))
+
+
+def exp2(x):
+    """Return 2^x for x < 127.5, to 2e-7 of it; at most 2^-126 below that power."""
+    if ON_GPU:
+        return dr.exp2(x)
+    x = greater(x, Float(LEAST_EXPONENT))
+    whole = dr.round(x)
+    scale = dr.reinterpret_array(Float, (Int32(whole) + EXPONENT_BIAS) << MANTISSA_BITS)
+    return polynomial(x - whole, EXP2) * scale

@@ -1,0 +1,62 @@
+"""Elementary functions against numpy's in double precision, over the whole range that each promises."""
+
+import math
+
+import numpy as np
+import pytest
+
+from renderer.core import elementary
+from renderer.core.backend import Float
+
+COUNT = 1_000_001
+
+
+def asked(function, x):
+    """Return the function of float32 numbers, in double precision."""
+    found = function(Float(x))
+    return [np.asarray(part.numpy(), float) for part in (found if isinstance(found, tuple) else (found,))]
+
+
+def test_sine_and_cosine_of_turns():
+    """All of one turn, both ends included."""
+    u = np.linspace(0, 1, COUNT, dtype=np.float32)
+    sine, cosine = asked(elementary.sincos_turns, u)
+    np.testing.assert_allclose(sine, np.sin(2 * math.pi * u.astype(float)), atol=3e-7)
+    np.testing.assert_allclose(cosine, np.cos(2 * math.pi * u.astype(float)), atol=3e-7)
+    np.testing.assert_allclose(sine**2 + cosine**2, 1, atol=4e-7)
+
+
+def test_sine_and_cosine_of_an_eighth():
+    """An eighth of a turn to both sides."""
+    q = np.linspace(-1, 1, COUNT, dtype=np.float32)
+    sine, cosine = asked(elementary.sincos_eighth, q)
+    np.testing.assert_allclose(sine, np.sin(math.pi / 4 * q.astype(float)), atol=1e-7)
+    np.testing.assert_allclose(cosine, np.cos(math.pi / 4 * q.astype(float)), atol=1e-7)
+
+
+def test_logarithm():
+    """All magnitudes, and the neighbourhood of 1 relative to the logarithm itself."""
+    x = np.concatenate([10.0 ** np.linspace(-37, 38, COUNT), 1 + np.linspace(-0.3, 0.4, COUNT)]).astype(np.float32)
+    (found,) = asked(elementary.log2, x)
+    np.testing.assert_allclose(found, np.log2(x.astype(float)), rtol=2.5e-7, atol=1e-12)
+
+
+@pytest.mark.parametrize("x", [0.0, 1e-45, -1.0])
+def test_logarithm_outside_its_range_is_finite(x):
+    """Arguments that no logarithm has do not bring NaN or infinity, which a multiplication with 0 would keep."""
+    assert np.isfinite(asked(elementary.log2, np.array([x], np.float32))[0]).all()
+
+
+def test_power_of_two():
+    """All results that are normal, and what lies below."""
+    x = np.linspace(-126, 127.4, COUNT, dtype=np.float32)
+    (found,) = asked(elementary.exp2, x)
+    np.testing.assert_allclose(found, np.exp2(x.astype(float)), rtol=2.5e-7)
+    (below,) = asked(elementary.exp2, np.array([-126.5, -200, -1e30], np.float32))
+    assert (below <= 2.0**-125).all() and (below >= 0).all()
+
+
+def test_integer_powers_are_exact():
+    """2^n for whole n."""
+    n = np.arange(-126, 128).astype(np.float32)
+    np.testing.assert_array_equal(asked(elementary.exp2, n)[0], np.exp2(n.astype(float)))
