@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import drjit as dr
 
-from renderer.core.backend import Float, UInt32, Vector2f
+from renderer.core.backend import Float, UInt32, Vector2f, Vector3f
 from renderer.core.errors import SceneError
 from renderer.core.rows import Rows
 from renderer.io.image import read_texture
@@ -19,8 +19,8 @@ from renderer.scene.materials import textures_of
 from renderer.textures import bitmap
 from renderer.textures.checkerboard import Checkerboards
 
-LOOKUP, SCALE_U, SCALE_V = 3, 4, 5  # columns of a slot's records, after the three of the texture's own
-PLAIN = (0, 0, 0, 0, 0, 0)
+LOOKUP, SCALE_U, SCALE_V, FACTOR = 3, 4, 5, 6  # columns of a slot's records, after the three of the texture's own
+PLAIN = (0, 0, 0, 0, 0, 0, 0)
 COLOUR, NUMBER, NORMAL = bitmap.decoded, bitmap.number, bitmap.as_written  # forms of a texture's values
 BOARD = "checkerboard"
 
@@ -70,26 +70,37 @@ class Texturing:
             return None
         kinds = list(dict.fromkeys(_lookup_of(use) for use in uses if use))
         lookups = [self._lookup(kind, form) for kind in kinds]
-        return Slot(self._rows(uses, kinds), lookups, all(uses))
+        return Slot(self._rows(uses, kinds), lookups, all(uses), form)
 
-    def heights(self, uses):
-        """Return the Slot of bump maps, whose values are the slopes (Vector2f) of numbers along u and v."""
+    def heights(self, uses, factors):
+        """Return the Slot of bump maps, whose values are the slopes (Vector2f) along u and v of numbers times a factor."""
         if not any(uses):
             return None
         kinds = list(dict.fromkeys(use.wrap for use in uses if use))
-        rows = self._rows([use and use._replace(filter=None) for use in uses], [(None, wrap) for wrap in kinds])
+        uses = [use and use._replace(filter=None) for use in uses]
+        rows = self._rows(uses, [(None, wrap) for wrap in kinds], factors)
         return Slot(rows, [_chained(self._atlas.slope(wrap)) for wrap in kinds], all(uses))
 
-    def _rows(self, uses, kinds):
-        return Rows([self._record(use, kinds) if use else PLAIN for use in uses], UInt32)
+    def parameters(self, kind, members):
+        """Return the textured parameters of a BsdfKind with the records [(Material, its BSDF)], None where none is."""
+        slots = []
+        for key, (column, width) in (kind.textured or {}).items():
+            uses = [use_of(material, bsdf, key) for material, bsdf in members]
+            slots.append((column, self.slot(uses, COLOUR if width == 3 else NUMBER)))
+        slots = [(column, slot) for column, slot in slots if slot]
+        return Parameters(slots) if slots else None
 
-    def _record(self, use, kinds):
+    def _rows(self, uses, kinds, factors=None):
+        factors = factors or [1.0] * len(uses)
+        return Rows([self._record(use, kinds, f) if use else PLAIN for use, f in zip(uses, factors)], UInt32)
+
+    def _record(self, use, kinds, factor):
         if isinstance(use.source, str):
             image = self._images[use.source]
             own = self._places[use.source], image.width, image.height
         else:
             own = self._boards[use.source], 0, 0
-        return *own, 1 + kinds.index(_lookup_of(use)), _bits(use.scale_u), _bits(use.scale_v)
+        return *own, 1 + kinds.index(_lookup_of(use)), *map(_bits, (use.scale_u, use.scale_v, factor))
 
     def _lookup(self, kind, form):
         """Return the function (row, uv, active) of one kind of lookup."""
@@ -102,8 +113,8 @@ class Texturing:
 class Slot:
     """One parameter of many records; `rows` has a record for each of them."""
 
-    def __init__(self, rows, lookups, everywhere):
-        self.rows, self._lookups, self._everywhere = rows, lookups, everywhere
+    def __init__(self, rows, lookups, everywhere, form=None):
+        self.rows, self.form, self._lookups, self._everywhere = rows, form, lookups, everywhere
 
     def value(self, row, uv, active, plain):
         """Return the value at texture coordinates, `plain` where the lane's record (a row of `rows`) has no texture."""
@@ -113,6 +124,48 @@ class Slot:
             here = active & (row[LOOKUP] == number)
             plain = dr.select(here, lookup(row, uv, here), plain)
         return plain
+
+
+class Parameters:
+    """Parameters of a kind of BSDF that textures give, by the columns of its records."""
+
+    def __init__(self, slots):
+        self._slots = slots  # [(column, Slot)]
+
+    def over(self, pick, p, uv, active):
+        """Return the parameters p with those of textures in place; `pick` is a function from Rows to each lane's row."""
+        values = {}
+        for column, slot in self._slots:
+            plain = p.vector(column) if slot.form is COLOUR else p[column]
+            values[column] = slot.value(pick(slot.rows), uv, active, plain)
+        return Overlay(p, values)
+
+
+class Overlay:
+    """A row of which some columns have other values: {column: Float, or Vector3f for this and the two that follow}."""
+
+    def __init__(self, row, values):
+        self._row, self._vectors, self._numbers = row, {}, {}
+        for column, value in values.items():
+            if isinstance(value, Vector3f):
+                self._vectors[column] = value
+                self._numbers |= {column + axis: value[axis] for axis in range(3)}
+            else:
+                self._numbers[column] = value
+
+    def __getitem__(self, column):
+        return self._numbers[column] if column in self._numbers else self._row[column]
+
+    def vector(self, column):
+        """Return three neighbouring columns as a vector."""
+        if column in self._vectors:
+            return self._vectors[column]
+        return Vector3f(self[column], self[column + 1], self[column + 2])
+
+
+def uses_of(kind, material, bsdf):
+    """Return the Use or None of each key of a BSDF that may be textured: what tells two records apart besides values."""
+    return tuple(use_of(material, bsdf, key) for key in kind.textured or ())
 
 
 def _lookup_of(use):
@@ -139,7 +192,7 @@ def _chained(slope):
 
     def sample(row, uv, active):
         scale = _scale(row)
-        return slope(row, uv * scale, active) * scale
+        return slope(row, uv * scale, active) * scale * dr.reinterpret_array(Float, row[FACTOR])
 
     return sample
 

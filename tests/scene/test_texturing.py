@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from renderer.bsdfs import KINDS
 from renderer.core import srgb
 from renderer.core.backend import Bool, Float, UInt32, Vector2f, Vector3f
 from renderer.core.errors import SceneError
+from renderer.core.rows import Rows
 from renderer.scene.loader import from_dict
-from renderer.scene.texturing import COLOUR, NORMAL, NUMBER, Texturing, use_of
+from renderer.scene.texturing import COLOUR, NORMAL, NUMBER, Texturing, use_of, uses_of
 from tests.support.scenes import document
 
 rng = np.random.default_rng(8)
@@ -37,7 +39,8 @@ def slot_of(loaded, key, form, at_bsdf=True):
     materials = [shape.material for _, shape in loaded.shapes]
     uses = [use_of(m, m.bsdf if at_bsdf else m, key) for m in materials]
     texturing = Texturing(loaded, loaded.shapes)
-    return texturing.heights(uses) if form == "heights" else texturing.slot(uses, form)
+    scales = [material.bumpscale for material in materials]
+    return texturing.heights(uses, scales) if form == "heights" else texturing.slot(uses, form)
 
 
 def at(slot, number, uv, plain):
@@ -110,10 +113,10 @@ def test_one_texture_for_all_needs_no_choice(folder):
 
 def test_slopes_are_differences_of_heights(folder):
     """Per unit of the surface's own coordinates, so the repetitions count."""
-    bumps = {"bumpmap": "a.png", "scaleU": 2, "scaleV": 0.5, "texturefilter": "nearest"}
+    bumps = {"bumpmap": "a.png", "scaleU": 2, "scaleV": 0.5, "texturefilter": "nearest", "bumpscale": -0.3}
     slot = slot_of(scene(folder, bumps, {}), "bumpmap", "heights", at_bsdf=False)
     got = at(slot, 0, UV, Vector2f(0)).T
-    uv, heights, step = UV.astype(float), PICTURE[..., :1] / 255, 1e-6
+    uv, heights, step = UV.astype(float), -0.3 * PICTURE[..., :1] / 255, 1e-6
     wanted = np.stack([
         (bilinear(heights, (uv + move) * [2, 0.5]) - bilinear(heights, (uv - move) * [2, 0.5]))[:, 0] / (2 * step)
         for move in ([step, 0], [0, step])
@@ -122,11 +125,40 @@ def test_slopes_are_differences_of_heights(folder):
     assert not at(slot, 1, UV, Vector2f(0)).any()
 
 
+def test_parameters_of_a_bsdf_are_overlaid(folder):
+    """A record's row shows the textures' values in their columns, and its own in the others."""
+    kind = KINDS["roughconductor"]
+    rough = lambda **keys: {"bsdf": {"type": "roughconductor", **keys}}  # noqa: E731
+    loaded = scene(folder, rough(alpha="a.png", reflectance="b.png"), rough(alpha=0.25, reflectance=[0.5, 0.6, 0.7]))
+    members = [(shape.material, shape.material.bsdf) for _, shape in loaded.shapes]
+    rows = Rows([kind.pack(bsdf, 1.0) for _, bsdf in members])
+    parameters = Texturing(loaded, loaded.shapes).parameters(kind, members)
+    (reflectance, _), (alpha, _) = kind.textured["reflectance"], kind.textured["alpha"]
+    for number in range(2):
+        lanes = UInt32(np.full(len(UV), number, np.uint32))
+        pick = lambda rows: rows.row(lanes, Bool(True))  # noqa: B023, E731
+        p = parameters.over(pick, pick(rows), Vector2f(UV[:, 0], UV[:, 1]), Bool(True))
+        wide = [np.broadcast_to(part, len(UV)) for part in p.vector(reflectance).numpy()]
+        if number:
+            assert np.allclose(wide, np.array([[0.5], [0.6], [0.7]])) and np.allclose(p[alpha].numpy(), 0.25)
+        else:
+            assert np.abs(np.array(wide).T - bilinear(LINEAR[OTHER], UV.astype(float))).max() < 5e-5
+            expected = bilinear(PICTURE[..., :1] / 255, UV.astype(float))[:, 0]
+            assert np.abs(p[alpha].numpy() - expected).max() < 2e-5
+            assert np.array_equal(p[reflectance + 1].numpy(), wide[1])
+        others = set(range(rows.width)) - {alpha, *range(reflectance, reflectance + 3)}
+        assert all(np.allclose(p[c].numpy(), pick(rows)[c].numpy()) for c in others)
+    first, second = (uses_of(kind, *member) for member in members)
+    assert first != second and second == (None, None)
+
+
 def test_without_textures_there_is_no_slot(folder):
     """And nothing in the kernel."""
     loaded = scene(folder, {"bsdf": {"type": "diffuse"}, "texture": "a.png"})
     assert slot_of(loaded, "reflectance", COLOUR) is None
     assert slot_of(loaded, "bumpmap", "heights", at_bsdf=False) is None
+    members = [(shape.material, shape.material.bsdf) for _, shape in loaded.shapes]
+    assert Texturing(loaded, loaded.shapes).parameters(KINDS["diffuse"], members) is None
 
 
 @pytest.mark.parametrize(("material", "where"), [
