@@ -130,29 +130,26 @@ def _lobe(p, wi, wo):
 def _not_delta(p, wi, u, u2, has):
     """Return a direction of base, lobe or blurred mirror, and what `_lobe` says of it (None without highlight).
 
-    All parts have the azimuth's sine and cosine in common. One power serves lobe and base: that which gives the lobe's
-    half vector its cosine, (1 - u)^(1 / (e + 1)), or that of the base's half vector.
+    All parts have the azimuth's sine and cosine in common. What the lobe says of its own direction is known before the
+    direction is, from (n.h)^(e + 1) = 1 - u: asked of either direction afterwards, it would have to be waited for.
     """
     sin_phi, cos_phi = sincos_turns(u2.x)
     rest = 1 - u2.y
     cos, sin = dr.sqrt(rest), dr.sqrt(u2.y)  # of a cosine-weighted hemisphere
     wo, lobe = Vector3f(sin * cos_phi, sin * sin_phi, cos), None
     if HIGHLIGHT in has:
-        chosen, argument, exponent, inverse = Bool(True), rest, p[INVERSE_EXPONENT], Float(0)
-        if DIFFUSE in has:
-            h = wi + wo
-            inverse = dr.rsqrt(dr.squared_norm(h) + TINY)
-            chosen = u < p[RHO_OR_LOBE]
-            argument = dr.select(chosen, rest, h.z * inverse)
-            exponent = dr.select(chosen, exponent, p[EXPONENT])
-        power = exp2(log2(argument) * exponent)
-        sin = dr.sqrt(greater(1 - dr.square(power), Float(0)))
-        h = Vector3f(sin * cos_phi, sin * sin_phi, power)
+        cos_h = exp2(log2(rest) * p[INVERSE_EXPONENT])
+        sin = dr.sqrt(greater(1 - dr.square(cos_h), Float(0)))
+        h = Vector3f(sin * cos_phi, sin * sin_phi, cos_h)
         cos_d = dr.dot(wi, h)
-        wo = dr.select(chosen, dr.fma(h, 2 * cos_d, -wi), wo)
         # half vectors that wi sees from behind lead below the surface; their numbers only have to be finite
-        lobe = (dr.select(chosen, rest / power, power),
-                dr.select(chosen, 0.5 / away_from_zero(greater(cos_d, Float(0))), inverse))  # fmt: skip
+        lobe = rest / cos_h, 0.5 / away_from_zero(greater(cos_d, Float(0)))
+        if DIFFUSE in has:
+            chosen = u < p[RHO_OR_LOBE]
+            lobe = tuple(dr.select(chosen, there, here) for there, here in zip(lobe, _lobe(p, wi, wo)))
+            wo = dr.select(chosen, dr.fma(h, 2 * cos_d, -wi), wo)
+        else:
+            wo = dr.fma(h, 2 * cos_d, -wi)
     if BLURRED in has:
         blurred = (u < p[RHO]) & (p[ALPHA] > 0)
         wo = dr.select(blurred, microfacet.reflect(wi, _ggx(p).sample(wi, u2)), wo)
