@@ -57,7 +57,7 @@ def conductor(cos_i, difference, product):
 def diffuse_reflectance(eta):
     """Return the reflectance of an interface for light from all directions in front, by fits; host.
 
-    For eta < 1 (the index behind over the one in front) the fit of [Egan1973], else that of [dEon2011].
+    For eta < 1 (the index behind over the one in front) the fit of [Egan1973], else that of [DEon2011].
     """
     if eta < 1:
         return -1.4399 * eta**2 + 0.7099 * eta + 0.6681 + 0.0636 / eta
