@@ -79,8 +79,8 @@ class Film:
         return film
 
     def count(self, samples):
-        """Return how many of `samples` samples each pixel has kept."""
-        return dr.opaque(UInt32, samples) - self.lost
+        """Return how many of its samples, so many in all or an array of numbers, each pixel has kept."""
+        return (dr.opaque(UInt32, samples) if isinstance(samples, int) else samples) - self.lost
 
     def mean(self, samples):
         """Return the mean radiance of the samples kept of so many; 0 where all are lost.
@@ -109,6 +109,19 @@ class Film:
         variance = dr.mean(self.variance(samples)).item()
         brightness = dr.mean(Float64(luminance(self.mean(samples)))).item()
         return variance**0.5 / brightness if brightness > 0 else 0.0
+
+
+def joined(films):
+    """Return films as one, their lanes one after the other, not evaluated."""
+    return Film(**{name: _joined([getattr(film, name) for film in films]) for name in Film.__dataclass_fields__})
+
+
+def _joined(sums):
+    if sums[0] is None:
+        return None
+    if dr.depth_v(sums[0]) > 1:
+        return type(sums[0])(*(dr.concat(list(channels)) for channels in zip(*sums)))
+    return dr.concat(sums)
 
 
 def _opaque(zeros):

@@ -1,6 +1,9 @@
-"""A picture in passes: each adds a few samples to all pixels and takes a bounded time, until there is enough.
+"""A picture in passes of bounded time, until there is enough.
 
-All passes run one kernel: the film and the numbers of the samples are its inputs.
+A pass adds samples to one part of the picture. Many samples for a few pixels keep lanes busy, where few samples for
+many would not: at the end of a pass, lanes wait for the last path of their packet. Rounds of passes bring all parts
+to the same number of samples, one at first. All passes run one kernel: film, pixels and numbers of samples are its
+inputs, and the bytes of the picture do not depend on parts and rounds.
 """
 
 from __future__ import annotations
@@ -11,15 +14,16 @@ from dataclasses import dataclass
 
 import drjit as dr
 
-from renderer.core.backend import Float64, UInt32
+from renderer.core.backend import NAME, Float64, UInt32
 from renderer.engine.filters import Box
-from renderer.engine.film import Film, is_finite
+from renderer.engine.film import Film, is_finite, joined
 from renderer.engine.loop import follow_sample, pixel_corner, sample_pixels
 from renderer.scene.schema import MAX_SAMPLES
 
 PASS_SECONDS = 0.5  # aim for the length of a pass: often enough for progress and Ctrl-C
-FIRST_PASS_SAMPLES = 1
-LONGEST_GROWTH = 8  # a pass is at most this many times the one before
+PART_PIXELS = 2**17 if NAME == "llvm" else 2**22  # of a part: work for a hundred threads, or for a GPU
+LEAST_IN_PASS = 16  # samples a pixel, even if it takes longer: with fewer, waiting lanes cost more than a tenth
+LONGEST_GROWTH = 64  # a round is at most this many times the one before
 LEAST_FOR_ERROR = 16  # samples a pixel before their spread is believed
 SEARCHED_AT_ONCE = 2**16  # samples of a pixel, when a lost one is looked for
 MOST_EXAMPLES = 4  # pixels that are searched for lost samples
@@ -62,9 +66,9 @@ class View:
         """Return the samplers and corners of pixel numbers."""
         return self.sampler(pixel, dr.opaque(UInt32, self.seed)), pixel_corner(pixel, dr.opaque(UInt32, self.width))
 
-    def expose(self, film, first, end):
-        """Return the film with the samples from `first` up to `end`, not evaluated yet."""
-        sampler, corner = self._lanes(dr.arange(UInt32, self.width * self.height))
+    def expose(self, film, first, end, pixel=0):
+        """Return the film with the samples from `first` up to `end`, not evaluated yet; its lanes begin at `pixel`."""
+        sampler, corner = self._lanes(dr.opaque(UInt32, pixel) + dr.arange(UInt32, len(film.lost)))
         first, end = dr.opaque(UInt32, first), dr.opaque(UInt32, end)
         return sample_pixels(
             self.integrator, self.camera, sampler, corner, film, first, end, self.centred, self.pixel_filter
@@ -82,34 +86,88 @@ class View:
         return radiance
 
 
-def refine(view, film, until, progress=None, interrupted=None):
-    """Return the film (evaluated) and how many samples a pixel it has.
+@dataclass
+class Part:
+    """Some of the picture's pixels: their film, and how many samples a pixel it has."""
+
+    pixel: int
+    film: Film
+    done: int = 0
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """What refinement came to."""
+
+    film: Film  # of the whole picture, evaluated
+    samples: int  # a pixel; where a limit fell into a round, some pixels have more
+    taken: object  # by pixel; int where all have the same
+
+    @staticmethod
+    def of(parts):
+        """Return the parts as one."""
+        samples = min(part.done for part in parts)
+        if len(parts) == 1:
+            return Exposure(parts[0].film, samples, samples)
+        film = joined([part.film for part in parts])
+        taken = samples
+        if any(part.done != samples for part in parts):
+            taken = dr.concat([dr.full(UInt32, part.done, len(part.film.lost)) for part in parts])
+        dr.eval(film, taken)
+        return Exposure(film, samples, taken)
+
+
+def refine(view, until, *, variance=False, progress=None, interrupted=None):
+    """Return the Exposure; `variance` keeps what estimates that of the samples.
 
     `progress(done, total)` is called after every pass, then `interrupted()`, which tells whether to stop there.
     """
-    done, count, start = 0, min(until.samples, FIRST_PASS_SAMPLES), time.perf_counter()
-    if until.samples > count:
-        film = film.opaque()  # so that the first pass uses the same kernel as the others
+    start, goal, parts = time.perf_counter(), 1, _parts(view, until, variance or until.error is not None)
     while True:
-        begin, end = time.perf_counter(), min(done + count, until.samples)
-        film = view.expose(film, done, end)
-        dr.eval(film)
-        launched = time.perf_counter()  # what came before is tracing and, in the first pass, compilation
-        dr.sync_thread()
-        now, done = time.perf_counter(), end
-        error = film.relative_error(done) if until.error is not None and done >= LEAST_FOR_ERROR else None
-        if progress:
-            progress(*until.progress(done, now - start, error))
-        stops = interrupted is not None and interrupted()
-        if stops or done == until.samples or error is not None and error <= until.error:
-            return film, done
-        seconds, room = max(now - launched, 1e-6) / count, PASS_SECONDS
-        if until.seconds is not None:
-            left = until.seconds - (now - start) - (launched - begin if done > count else 0)
-            if left < seconds:
-                return film, done
-            room = min(room, left)
-        count = max(1, int(min(LONGEST_GROWTH * count, room / seconds)))
+        seconds, before = 0.0, parts[0].done
+        for number, part in enumerate(parts, start=1):
+            film = view.expose(part.film, part.done, goal, part.pixel)
+            dr.eval(film)
+            launched = time.perf_counter()  # what came before is tracing and, in the first pass, compilation
+            dr.sync_thread()
+            now = time.perf_counter()
+            part.film, part.done, seconds = film, goal, seconds + now - launched
+            error = None
+            if number == len(parts) and until.error is not None and goal >= LEAST_FOR_ERROR:
+                error = Exposure.of(parts).film.relative_error(goal)
+            if progress:
+                done = before + (goal - before) * number / len(parts) if number < len(parts) else goal
+                progress(*until.progress(done, now - start, error))
+            out_of_time = until.seconds is not None and now - start >= until.seconds
+            if interrupted is not None and interrupted() or out_of_time and parts[-1].done > 0:
+                return Exposure.of(parts)
+        step = _step(until, goal, error, seconds / (goal - before), len(parts), now - start)
+        if step == 0:
+            return Exposure.of(parts)
+        goal += min(step, LONGEST_GROWTH * goal)
+
+
+def _parts(view, until, variance):
+    """Return the picture's parts, without samples."""
+    pixels, parts, single = view.width * view.height, [], until.samples == 1
+    for pixel in range(0, pixels, PART_PIXELS):
+        count = min(PART_PIXELS, pixels - pixel)
+        film = Film.empty(count, single, view.pixel_filter.signed, variance and not single)
+        parts.append(Part(pixel, film if single else film.opaque()))  # so that the first pass uses the others' kernel
+    return parts
+
+
+def _step(until, done, error, seconds, parts, elapsed):
+    """Return the samples a pixel of the next round, 0 for none; the last took `seconds` a sample, each over all parts."""
+    seconds = max(seconds, 1e-9)
+    step = max(LEAST_IN_PASS, int(PASS_SECONDS * parts / seconds))
+    if until.error is not None and error is not None:
+        if error <= until.error:
+            return 0
+        step = min(step, 1 + int(done * ((error / until.error) ** 2 - 1)))
+    if until.seconds is not None:
+        step = min(step, int((until.seconds - elapsed) / seconds))
+    return max(0, min(step, until.samples - done))
 
 
 @dataclass(frozen=True)
@@ -120,23 +178,31 @@ class Lost:
     examples: tuple  # of (kind, column, row, sample): `nan` or `inf`, the first of each kind in some pixel
 
 
-def find_lost(view, film, samples):
-    """Return the Lost of a film with so many samples a pixel, or None; the samples of a few pixels are repeated."""
+def find_lost(view, exposure):
+    """Return the Lost of an Exposure, or None; the samples of a few pixels are followed again."""
+    film, taken = exposure.film, exposure.taken
     if not dr.any(film.lost > 0):
         return None
     count = int(dr.sum(Float64(film.lost)).item())
     pixels, examples = dr.compress(film.lost > 0), {}
     for k in range(min(MOST_EXAMPLES, len(pixels))):
         pixel = int(pixels[k])
-        for first in range(0, samples, SEARCHED_AT_ONCE):
-            radiance = view.follow(pixel, first, min(SEARCHED_AT_ONCE, samples - first))
-            nan = dr.isnan(radiance.x) | dr.isnan(radiance.y) | dr.isnan(radiance.z)
-            for kind, mask in (("nan", nan), ("inf", ~nan & ~is_finite(radiance))):
-                found = dr.compress(mask)
-                if kind not in examples and len(found):
-                    examples[kind] = (kind, pixel % view.width, pixel // view.width, first + int(found[0]))
-            if examples:
-                break
-        if len(examples) == 2:
-            break
+        samples = taken if isinstance(taken, int) else int(taken[pixel])
+        for kind, sample in _first_lost(view, pixel, samples).items():
+            examples.setdefault(kind, (kind, pixel % view.width, pixel // view.width, sample))
     return Lost(count, tuple(examples.values()))
+
+
+def _first_lost(view, pixel, samples):
+    """Return {kind: number} of the first samples of a pixel that are NaN or infinite."""
+    found = {}
+    for first in range(0, samples, SEARCHED_AT_ONCE):
+        radiance = view.follow(pixel, first, min(SEARCHED_AT_ONCE, samples - first))
+        nan = dr.isnan(radiance.x) | dr.isnan(radiance.y) | dr.isnan(radiance.z)
+        for kind, mask in (("nan", nan), ("inf", ~nan & ~is_finite(radiance))):
+            places = dr.compress(mask)
+            if len(places):
+                found.setdefault(kind, first + int(places[0]))
+        if found:
+            break
+    return found

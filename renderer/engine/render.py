@@ -12,7 +12,6 @@ from renderer.core import backend
 from renderer.core.backend import Float, UInt32, Vector2f, Vector3f
 from renderer.core.records import Ray
 from renderer.engine import tonemap as tonemapping
-from renderer.engine.film import Film
 from renderer.engine.filters import FILTERS
 from renderer.engine.loop import pixel_corner
 from renderer.engine.passes import Lost, Until, View, find_lost, refine
@@ -105,25 +104,23 @@ def render(loaded, *, seed=0, accel=AUTO, until=None, variance=False, progress=N
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()
         if mode in DEBUG_MODES:
-            samples, film, beside = 1, None, dict
+            samples, exposure, beside = 1, None, dict
             colour, named = _first_hits(mode, scene, view)
         else:
             until = until or Until(description.spp)
-            variance = (variance or until.error is not None) and until.samples > 1
-            film = Film.empty(size[0] * size[1], until.samples == 1, view.pixel_filter.signed, variance)
-            film, samples = refine(view, film, until, progress, interrupted)
-            colour, named = film.mean(samples), {}
+            exposure = refine(view, until, variance=variance, progress=progress, interrupted=interrupted)
+            samples, colour, named = exposure.samples, exposure.film.mean(exposure.taken), {}
             dr.eval(colour)
 
             def beside():
-                return _beside(scene, view, film, samples) if mode in SHADED_MODES else {}
+                return _beside(scene, view, exposure) if mode in SHADED_MODES else {}
 
         dr.sync_thread()
         history = dr.kernel_history()
     compiling = sum(kernel["codegen_time"] + kernel["backend_time"] for kernel in history if "backend_time" in kernel)
     rendered = time.perf_counter() - built
     timings = Timings(built - start, compiling / 1000, rendered - compiling / 1000)
-    lost = None if film is None else find_lost(view, film, samples)
+    lost = None if exposure is None else find_lost(view, exposure)
     return Rendering(
         mode, *size, samples, timings, lost, colour, named, beside, description.tonemap, description.camera.exposure
     )
@@ -182,14 +179,15 @@ def _first_hits(mode, scene, view):
     return colour, named
 
 
-def _beside(scene, view, film, samples):
+def _beside(scene, view, exposure):
     """Return the channels of first hits, and the number and the variance of samples where they were kept."""
     pixels, (ray, hit), named = view.width * view.height, _centre_hits(scene, view), {}
+    film, taken = exposure.film, exposure.taken
     for mode in ("albedo", "normals", "depth", "shapes"):
         named |= first_hit.channels(mode, scene, ray, hit)[0]
-    named["SampleCount"] = film.count(samples)
+    named["SampleCount"] = film.count(taken)
     if film.squares is not None:
-        named["Variance"] = Float(film.variance(samples))
+        named["Variance"] = Float(film.variance(taken))
     named = {name: value + dr.zeros(type(value), pixels) for name, value in named.items()}
     dr.eval(named)
     return named

@@ -83,6 +83,8 @@ def test_film_without_a_good_sample_is_black():
 class Faulty:
     """An integrator whose samples are numbers of their sampler, and wrong where a list of (pixel, sample) says so."""
 
+    looks_ahead = False
+
     def __init__(self, faults):
         self._faults = faults  # {(column, row): (sample, value)}
 
@@ -115,16 +117,19 @@ def view(faults=(), width=20, height=10, seed=3):
     return View(Faulty(dict(faults)), (Grid, None), KINDS["sobol"], width, height, seed)
 
 
+@pytest.mark.parametrize("pixels", [200, 200 // 3, 7])
 @pytest.mark.parametrize("seconds", [0.0, 1e-4, 10.0])
-def test_passes_add_up_to_the_same_bytes(seconds, monkeypatch):
+def test_passes_add_up_to_the_same_bytes(seconds, pixels, monkeypatch):
     """64 samples and 192 more are 256 at once, for any split into passes, squares and losses included."""
     monkeypatch.setattr(passes, "PASS_SECONDS", seconds)
     shot = view({(3, 4): (100, np.nan)})
     empty = Film.empty(200, variance=True)
     whole = shot.expose(empty, 0, 256)
     split = shot.expose(shot.expose(empty, 0, 64), 64, 256)
-    refined, samples = refine(shot, empty, Until(256))
-    assert samples == 256
+    monkeypatch.setattr(passes, "PART_PIXELS", pixels)
+    exposure = refine(shot, Until(256), variance=True)
+    assert exposure.samples == exposure.taken == 256
+    refined = exposure.film
     for name in ("total", "rest", "lost", "squares", "squares_rest"):
         assert np.array_equal(getattr(whole, name).numpy(), getattr(split, name).numpy())
         assert np.array_equal(getattr(whole, name).numpy(), getattr(refined, name).numpy())
@@ -132,47 +137,54 @@ def test_passes_add_up_to_the_same_bytes(seconds, monkeypatch):
 
 def test_passes_run_one_kernel(monkeypatch):
     """Also the first one, and whatever is kept beside the colour."""
-    monkeypatch.setattr(passes, "PASS_SECONDS", 0.0)
+    small_passes(monkeypatch)
+    monkeypatch.setattr(passes, "PART_PIXELS", 90)
     for variance in (False, True):
         with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
             dr.kernel_history_clear()
-            refine(view(), Film.empty(200, variance=variance), Until(6))
+            refine(view(), Until(6), variance=variance)
             launched = [kernel["hash"] for kernel in dr.kernel_history() if kernel.get("operation_count", 0) > 50]
-        assert len(launched) == 6 and len(set(launched)) == 1
+        assert len(launched) == 18 and len(set(launched)) == 1
 
 
 def test_lost_samples_are_counted_and_found():
     """One of each kind, with its place; following it again gives the very value."""
     shot = view({(7, 2): (9, np.inf), (3, 4): (17, np.nan), (4, 4): (3, np.nan)})
-    film, samples = refine(shot, Film.empty(200), Until(20))
-    lost = find_lost(shot, film, samples)
+    lost = find_lost(shot, refine(shot, Until(20)))
     assert lost.count == 3 and set(lost.examples) == {("inf", 7, 2, 9), ("nan", 3, 4, 17)}
     assert np.isnan(shot.follow(3 + 4 * 20, 17).y[0]) and np.isinf(shot.follow(7 + 2 * 20, 9).y[0])
-    assert find_lost(shot, refine(shot, Film.empty(200), Until(3))[0], 3) is None
+    assert find_lost(shot, refine(shot, Until(3))) is None
 
 
 def test_search_for_a_late_sample_is_split(monkeypatch):
     """The number told counts from the first sample, not from the part that was searched."""
     monkeypatch.setattr(passes, "SEARCHED_AT_ONCE", 8)
     shot = view({(7, 2): (29, np.nan)})
-    assert find_lost(shot, refine(shot, Film.empty(200), Until(32))[0], 32).examples == (("nan", 7, 2, 29),)
+    assert find_lost(shot, refine(shot, Until(32))).examples == (("nan", 7, 2, 29),)
 
 
 def test_followed_samples_are_those_of_the_picture():
     """Their mean is the pixel's."""
     shot = view()
-    film, _ = refine(shot, Film.empty(200), Until(32))
+    film = refine(shot, Until(32)).film
     followed = shot.follow(123, 0, 32).x.numpy()
     assert film.mean(32).x[123] == pytest.approx(followed.astype(np.float64).mean(), rel=1e-6)
 
 
-def test_error_stops_where_the_spread_says(monkeypatch):
-    """Uniform numbers deviate by 1 / sqrt(12) of a mean of 1 / 2: error 2 % takes 833 samples, or a pass more."""
+def small_passes(monkeypatch):
+    """Let every round add one sample."""
     monkeypatch.setattr(passes, "PASS_SECONDS", 0.0)
-    film, samples = refine(view(), Film.empty(200, variance=True), Until(error=0.02))
-    assert 0.95 * 833 < samples < 1.05 * 833 and film.relative_error(samples) <= 0.02
+    monkeypatch.setattr(passes, "LEAST_IN_PASS", 1)
+
+
+def test_error_stops_where_the_spread_says(monkeypatch):
+    """Uniform numbers deviate by 1 / sqrt(12) of a mean of 1 / 2: error 2 % takes 833 samples."""
+    for part in (passes.PART_PIXELS, 90):
+        monkeypatch.setattr(passes, "PART_PIXELS", part)
+        exposure = refine(view(), Until(error=0.02))
+        assert 0.95 * 833 < exposure.samples < 1.05 * 833 and exposure.film.relative_error(exposure.taken) <= 0.02
     calls = []
-    refine(view(), Film.empty(200, variance=True), Until(error=0.1), progress=lambda *told: calls.append(told))
+    refine(view(), Until(error=0.1), progress=lambda *told: calls.append(told))
     shares = [done for done, _ in calls]
     assert shares == sorted(shares) and calls[-1] == (1.0, 1.0)
 
@@ -189,20 +201,42 @@ class Clock:
 
 
 def test_time_stops_before_it_is_up(monkeypatch):
-    """A pass that would not end in time is not begun; one sample there is always."""
-    clock = Clock(0.25)  # three looks a pass
+    """A round that would not end in time is not begun; one sample there is always."""
+    clock = Clock(0.25)  # two looks a pass
     monkeypatch.setattr(passes, "time", clock)
-    monkeypatch.setattr(passes, "PASS_SECONDS", 0.0)
-    _, samples = refine(view(), Film.empty(200), Until(seconds=10.0))
-    assert 8 <= samples <= 14 and clock.now <= 10.75
-    _, samples = refine(view(), Film.empty(200), Until(seconds=1e-3))
-    assert samples == 1
+    small_passes(monkeypatch)
+    exposure = refine(view(), Until(seconds=10.0))
+    assert 12 <= exposure.samples <= 20 and clock.now <= 10.75
+    assert refine(view(), Until(seconds=1e-3)).samples == 1
+    monkeypatch.setattr(passes, "PART_PIXELS", 90)
+    assert refine(view(), Until(seconds=0.6)).samples == 1  # it was up after the first of three parts
 
 
 def test_interrupted_picture_keeps_its_passes(monkeypatch):
-    """What was rendered before is there."""
-    monkeypatch.setattr(passes, "PASS_SECONDS", 0.0)
-    asked = []
-    film, samples = refine(view(), Film.empty(200), Until(50), interrupted=lambda: asked.append(0) or len(asked) == 5)
-    assert samples == 5
-    assert np.array_equal(film.total.numpy(), view().expose(Film.empty(200), 0, 5).total.numpy())
+    """What was rendered before is there; a pixel's mean is that of its own samples."""
+    small_passes(monkeypatch)
+
+    def stopped_after(count):
+        asked = []
+        return refine(view(), Until(50), interrupted=lambda: asked.append(0) or len(asked) == count)
+
+    whole = stopped_after(5)
+    assert whole.samples == whole.taken == 5
+    assert np.array_equal(whole.film.total.numpy(), view().expose(Film.empty(200), 0, 5).total.numpy())
+    monkeypatch.setattr(passes, "PART_PIXELS", 90)
+    uneven = stopped_after(3 * 4 + 2)
+    assert uneven.samples == 4 and np.array_equal(uneven.taken.numpy(), np.repeat([5, 4], [180, 20]))
+    means = [view().expose(Film.empty(200), 0, count).mean(count).numpy() for count in (5, 4)]
+    expected = np.where(np.arange(200) < 180, *means)
+    assert np.array_equal(uneven.film.mean(uneven.taken).numpy(), expected)
+
+
+def test_first_round_is_one_sample(monkeypatch):
+    """So that there is a picture soon; then as many as a pass may take, and no more than there are to be."""
+    calls = []
+    refine(view(), Until(300), progress=lambda done, total: calls.append((done, total)))
+    assert calls == [(1, 300), (65, 300), (300, 300)]
+    monkeypatch.setattr(passes, "PART_PIXELS", 100)
+    calls.clear()
+    refine(view(), Until(2), progress=lambda done, total: calls.append((done, total)))
+    assert calls == [(0.5, 2), (1, 2), (1.5, 2), (2, 2)]
