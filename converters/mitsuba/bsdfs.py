@@ -90,16 +90,15 @@ AS_IT_IS = {"flip_invalid_normals": False, "use_shadowing_function": False}
 
 
 def _normals(surface):
-    """Return the normal map for the primitive's own tangents, which may run against ours."""
+    """Return the normal map for the primitive's own tangents, which may point elsewhere than ours.
+
+    A frame is a tangent along u and its cross product with the normal; ours is turned against the primitive's.
+    """
     image = surface.image(surface.material.normalmap, "normalmap")
-    linear = np.asarray(surface.uv_map)[:2, :2]
-    if linear[0, 0] > 0:
-        return image
-    assert linear[0, 0] < 0, "normal maps on caps are not supported"
-    # The frame is made of the tangent and its cross product with the normal: against ours both are turned around.
-    texels = np.frombuffer(image.rgb, np.uint8).reshape(-1, 3).copy()
-    texels[:, :2] = 255 - texels[:, :2]
-    return Pixels(image.name, image.width, image.height, texels.tobytes())
+    a, b = np.sign(np.rint(np.linalg.inv(np.asarray(surface.uv_map)[:2, :2])[:, 0] * 1e6))  # our tangent in theirs
+    x, y, z = np.frombuffer(image.rgb, np.uint8).reshape(-1, 3).T / 255 - np.array([[0.5], [0.5], [0.0]])
+    texels = np.stack([a * x - b * y + 0.5, b * x + a * y + 0.5, z], axis=1)
+    return Pixels(image.name, image.width, image.height, np.uint8(np.rint(255 * texels)).tobytes())
 
 
 def _plain(surface):

@@ -9,6 +9,7 @@ from converters.solids import camera_matrix, is_unbounded, parts, textured_plane
 
 NEAR, FAR = 1e-3, 1e7  # scene units
 NEVER = 1_000_000  # path length from which Russian roulette starts: it would only add noise
+FILTERS = {"box": {}, "tent": {"radius": 1.0}, "gaussian": {"stddev": 0.5}, "mitchell": {"B": 1 / 3, "C": 1 / 3}}
 FLAT = ("triangle", "rectangle", "disk", "plane")  # shine on both sides
 
 
@@ -57,7 +58,7 @@ def sensor(description):
     """Return the camera with the scene's filter and number of samples."""
     camera = description.camera
     film = Node("film", "hdrfilm", {"width": camera.width, "height": camera.height, "pixel_format": "rgb",
-                                    "component_format": "float32", "filter": Node("rfilter", description.filter)})
+                                    "component_format": "float32", "filter": Node("rfilter", description.filter, FILTERS[description.filter])})
     common = {"fov": float(camera.fov), "fov_axis": "y", "near_clip": NEAR, "far_clip": FAR,
               "to_world": camera_matrix(camera), "film": film,
               "sampler": Node("sampler", "independent", {"sample_count": description.spp})}

@@ -9,10 +9,10 @@ from PIL import Image
 
 from renderer.engine.render import render
 from renderer.scene.loader import override
-from tests.support.documents import SHAPES, write_texture
+from tests.support.documents import SHAPES, changed, write_texture
 from tests.support.meshes import lump, mesh, write
-from tests.support.paths import Case, Judge, scene, times
-from tests.support.stats import demand_equal
+from tests.support.paths import Case, Judge, ours, scene, times
+from tests.support.stats import compare, demand_equal
 
 pytestmark = pytest.mark.oracle
 
@@ -186,6 +186,38 @@ CASES = {
         camera={**INTO_ROOM, "type": "thinlens", "apertureRadius": 0.05, "focusDistance": 3.2}, bounces=6),
         INTENSITY, times(1.02), 512),
 }
+
+
+REACH = 2  # pixels: radius of the widest filter; nearer to the edge Mitsuba lacks samples, and ours do not
+
+
+def filtered(name):
+    """Return the Case of a filter: things with edges, and the box filter in the twin."""
+    return Case(scene(BALL, FLOOR, lights=[LAMP], background=SKY, filter=name), "filter", "box", 256)
+
+
+@pytest.mark.parametrize("name", ["tent", "gaussian", "mitchell"])
+def test_filter(judge, name):
+    """The mean picture under a filter is Mitsuba's, which spreads samples over pixels; that under another is not."""
+    case = filtered(name)
+    right, wrong = (cut(ours(judge.load(case, document), case.samples))
+                    for document in (case.document, changed(case.document, case.path, case.value)))
+    theirs = cut(judge.reference(case))
+    demand_equal(right, theirs)
+    assert compare(wrong, theirs).refused
+
+
+def cut(pictures):
+    """Return pictures without their edges."""
+    return pictures[:, REACH:-REACH, REACH:-REACH]
+
+
+def test_render_command_path(judge):
+    """What `render` makes in passes, by the scene's seeds and sampler, is that picture too."""
+    case = CASES["sobol"]
+    loaded = override(judge.load(case, case.document), samples=case.samples // 2)
+    pictures = [np.stack([render(loaded, seed=seed).channels()[c] for c in "RGB"], axis=-1) for seed in range(16)]
+    demand_equal(np.array(pictures), judge.reference(case))
 
 
 @pytest.fixture(scope="module")

@@ -50,7 +50,7 @@ CASES = {
     "mesh": shining(mesh("flat.ply", GREY, {"scale": 0.7})),
     "mesh_turned": shining(mesh("flat.ply", GREY, {"scale": [0.5, 0.7, 0.6]}, {"rotate": {"axis": [0, 0, 1], "angle": 40}})),
     "mesh_mirrored": shining(mesh("flat.ply", GREY, {"scale": [-0.5, 0.7, 0.6]})),
-    "inside_glass": shining({"type": "sphere", "center": [0.0, 0.1, 0.0], "radius": 0.3}, 1024, others=(
+    "inside_glass": shining({"type": "sphere", "center": [0.0, 0.1, 0.0], "radius": 0.55}, 256, others=(
         {"type": "sphere", "center": [0.0, 0.1, 0.0], "radius": 0.8, "material": {"bsdf": {"type": "dielectric"}}},
         FLOOR, WALL), bounces=6),
     "bright_and_metallic": shining(SHAPES["sphere"], 256, {"bsdf": {"type": "roughconductor", "alpha": 0.2}},

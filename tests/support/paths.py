@@ -12,9 +12,10 @@ import mitsuba as mi
 import numpy as np
 
 from converters import mitsuba as export
-from renderer.core.backend import Float, UInt32
+from renderer.core.backend import Float
 from renderer.engine.film import Film
-from renderer.engine.loop import pixel_corner, sample_pixels
+from renderer.engine.filters import FILTERS
+from renderer.engine.passes import View
 from renderer.integrators import INTEGRATORS
 from renderer.samplers import KINDS as SAMPLERS
 from renderer.scene.arrange import AUTO
@@ -43,29 +44,35 @@ def seeds(loaded):
     return digest & 0xFFFFFF, digest >> 8
 
 
-def ours(loaded, samples, batches=LEAST_BATCHES):
-    """Return (batches, H, W, 3) independent pictures of so many samples a pixel.
+class _Tall(View):
+    """Pictures one above the other, as one: its rows repeat, and each lane draws by its own number."""
 
-    They are rendered at once, as one tall picture whose rows repeat: lanes draw by their own number.
-    """
+    def _lanes(self, pixel):
+        sampler, corner = super()._lanes(pixel)
+        height = Float(self.height // LEAST_BATCHES)
+        corner.y -= height * dr.floor((corner.y + 0.5) / height)
+        return sampler, corner
+
+
+def ours(loaded, samples):
+    """Return (LEAST_BATCHES, H, W, 3) independent pictures of so many samples a pixel, rendered at once."""
     description = loaded.description
     width, height = description.camera.width, description.camera.height
     integrator = INTEGRATORS[description.rendermode](compile_paths(loaded, AUTO), description.nbounces)
-    lane = dr.arange(UInt32, batches * width * height)
-    corner = pixel_corner(lane, dr.opaque(UInt32, width))
-    corner.y -= height * dr.floor((corner.y + 0.5) / Float(height))
-    sampler = SAMPLERS[description.sampler](lane, dr.opaque(UInt32, seeds(loaded)[0]))
-    film = Film.empty(len(lane), False)
-    film = sample_pixels(integrator, compile_camera(description.camera), sampler, corner, film,
-                         dr.opaque(UInt32, 0), dr.opaque(UInt32, samples), False)
+    view = _Tall(integrator, compile_camera(description.camera), SAMPLERS[description.sampler], width,
+                 LEAST_BATCHES * height, seeds(loaded)[0], pixel_filter=FILTERS[description.filter]())
+    film = view.expose(Film.empty(width * view.height, signed=view.pixel_filter.signed), 0, samples)
     colour = film.mean(samples)
-    return np.stack([c.numpy() for c in colour], axis=-1).reshape(batches, height, width, 3).astype(np.float64)
+    dr.eval(film, colour)
+    assert not dr.any(film.lost > 0), "samples that are not finite"
+    channels = [channel.numpy().reshape(LEAST_BATCHES, height, width) for channel in colour]
+    return np.stack(channels, axis=-1).astype(np.float64)
 
 
-def theirs(loaded, samples, batches=LEAST_BATCHES):
-    """Return (batches, H, W, 3) pictures of Mitsuba's path integrator."""
+def theirs(loaded, samples):
+    """Return (LEAST_BATCHES, H, W, 3) pictures of Mitsuba's path integrator."""
     whole = mi.load_dict(export.to_dict(loaded, exact=True))
-    return np.array([mi.render(whole, spp=samples, seed=seeds(loaded)[1] + k).numpy() for k in range(batches)], np.float64)
+    return np.array([mi.render(whole, spp=samples, seed=seeds(loaded)[1] + k).numpy() for k in range(LEAST_BATCHES)], np.float64)
 
 
 @dataclass(frozen=True, eq=False)
