@@ -20,7 +20,6 @@ import drjit as dr
 
 from renderer.accel.bvh import Bvh, Walk
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
-from renderer.core.frame import Frame
 from renderer.core.numeric import FAR, TINY, greater, lesser
 from renderer.core.records import NO_SHAPE, Hit, Ray
 from renderer.integrators.base import register
@@ -115,27 +114,27 @@ class PathTracer:
         if scene.empty:
             return Vertex(radiance, None, None, None, Bool(False), path)
 
-        surface = scene.surface(ray, hit, with_uv=scene.scattering.textured)
+        scattering = scene.scattering
+        surface = scene.surface(ray, hit, scattering.with_uv, scattering.with_tangents)
         shape = scene.shape_of(hit)
         if lighting.has_emitters:
             arriving, pdf_sa = lighting.emitted(path.o, path.d, hit, shape, surface, hit.valid)
             radiance += dr.select(hit.valid, path.throughput * arriving * _weight(path, pdf_sa), 0)
 
         active = hit.valid & (path.depth < self._limit)
-        look = scene.scattering.at(shape, surface, active)
-        wi = look.frame.to_local(-path.d)
+        look, wi = scattering.at(shape, surface, active), -path.d
         dimension = path.depth * DIMENSIONS + PATH
         choices = draws.u2(dimension + CHOICES)
         vertex = Vertex(radiance, None, None, None, None, None)
-        if lighting.has_lights and scene.scattering.smooth:
+        if lighting.has_lights and scattering.smooth:
             light = lighting.sample(surface.p, choices.x, draws.u2(dimension + ON_LIGHT))
-            value, pdf_sa = look.evaluate(wi, look.frame.to_local(light.wo))
+            value, pdf_sa = look.evaluate(wi, light.wo)
             direct = path.throughput * value * light.radiance * (_light_share(light, pdf_sa) / greater(light.pdf_sa, Float(TINY)))
             vertex.direct = dr.select(active, direct, 0)
             vertex.towards_light, vertex.distance = leave(surface, hit.index, light.wo), light.distance
 
         scattered = look.sample(wi, choices.y, draws.u2(dimension + DIRECTION))
-        onward = leave(surface, hit.index, look.frame.to_world(scattered.wo))
+        onward = leave(surface, hit.index, scattered.wo)
         throughput, eta = path.throughput * scattered.weight, path.eta * scattered.eta
         vertex.alive = active & _any(throughput)
         if scene.roulette:

@@ -14,6 +14,7 @@ from renderer.scene.lamps import with_lamps
 from renderer.scene.lighting import Lighting
 from renderer.scene.media import exterior_indices
 from renderer.scene.scattering import Scattering
+from renderer.scene.texturing import Texturing
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class PathScene(Geometry):
 
     def diffuse_colour(self, hit, surface, material):
         """Return the albedo of each hit, for pictures of first hits."""
-        return self.scattering.at(self.shape_of(hit), surface, hit.valid).albedo() + dr.zeros(Vector3f, dr.width(hit.t))
+        return self.scattering.albedo(self.shape_of(hit), surface, hit.valid) + dr.zeros(Vector3f, dr.width(hit.t))
 
 
 def compile_paths(loaded, accel=AUTO):
@@ -47,9 +48,12 @@ def compile_paths(loaded, accel=AUTO):
     ordered, geometry = arrange(loaded, accel)
     shapes = [shape for _, shape in ordered]
     materials = [shape.material for shape in shapes]
+    scattering = None
+    if shapes:
+        scattering = Scattering(materials, exterior_indices(shapes, paths=True), Texturing(loaded, ordered))
     return PathScene(
         **geometry,
-        scattering=Scattering(materials, exterior_indices(shapes)) if shapes else None,
+        scattering=scattering,
         lighting=Lighting.of(loaded, ordered, geometry["triangles"]),
         roulette=loaded.description.roulette,
         file_indices=Rows([[index] for index, _ in ordered], UInt32) if shapes else None,

@@ -17,6 +17,9 @@ from renderer.bsdfs.base import BsdfKind
 from renderer.core.backend import UInt32, Vector3f
 from renderer.core.frame import Frame
 from renderer.core.rows import SELECT_LIMIT, Rows
+from renderer.scene.materials import uses_uv
+from renderer.scene.relief import Relief
+from renderer.scene.texturing import Parameters, uses_of
 
 COURSEWORK = "coursework"  # the BSDF of materials that name none
 
@@ -30,80 +33,152 @@ class BsdfGroup:
     first: int
     has: frozenset
     shapes: tuple  # for each record, the shapes that have it, by their number in the compiled order
+    textured: Parameters | None  # what textures give
 
 
 class Scattering:
     """The BSDFs of a scene."""
 
-    def __init__(self, materials, outside):
+    def __init__(self, materials, outside, texturing):
         """Hold the Materials of the shapes in the compiled order; `outside` is the index of refraction around each."""
-        members = {}  # kind: {record: [shapes]}, in the order of their first shape
+        members = {}  # kind: {(record, its textures): [shapes]}, in the order of their first shape
         has, self.smooth = {}, False
         for number, (material, around) in enumerate(zip(materials, outside)):
             bsdf, kind = bsdf_of(material)
-            record = tuple(kind.pack(bsdf, around))
+            record = tuple(kind.pack(bsdf, around)), uses_of(kind, material, bsdf)
             members.setdefault(kind.name, {}).setdefault(record, []).append(number)
             has[kind.name] = has.get(kind.name, frozenset()) | frozenset(kind.features(bsdf))
             self.smooth |= kind.smooth(bsdf)
         self.groups, first = [], 0
         for name, records in members.items():
-            shapes = tuple(map(tuple, records.values()))
-            self.groups.append(BsdfGroup(KINDS[name], Rows([*records]), first, has[name], shapes))
+            shapes, kind = tuple(map(tuple, records.values())), KINDS[name]
+            firsts = [materials[numbers[0]] for numbers in shapes]
+            textured = texturing.parameters(kind, [(material, bsdf_of(material)[0]) for material in firsts])
+            rows = Rows([record for record, _ in records])
+            self.groups.append(BsdfGroup(kind, rows, first, has[name], shapes, textured))
             first += len(records)
         few = len(materials) <= SELECT_LIMIT or first == 1
         self._looks = None if few else Rows(_places(self.groups, len(materials)), UInt32)
-        self.textured = False
+        relief = Relief(texturing, materials)
+        self._relief = None if relief.flat else relief
+        self.with_uv = any(uses_uv(material, paths=True) for material in materials)
+        self.with_tangents = bool(self._relief) or any(getattr(m.bsdf, "anisotropic", 0) for m in materials)
 
     def at(self, shape, surface, active):
         """Return the Look of each lane's shape at a point of its surface, meaningful where `active`."""
-        return Look(Frame.of(surface.n_shade), self._parts(shape, active))
+        parts = self._parts(shape, surface, active)
+        if self._relief is not None:
+            return Look(self._relief.frame(shape, surface, active), parts, surface.n_shade)
+        return Look(Frame.along(surface.n_shade, surface.dp_du) if self.with_tangents else Frame.of(surface.n_shade), parts)
 
-    def _parts(self, shape, active):
-        """Return (group, lanes of that kind, their parameters) of the groups."""
+    def albedo(self, shape, surface, active):
+        """Return the colour that tells the material of each lane's shape apart."""
+        parts = self._parts(shape, surface, active)
+        return _joined(parts, lambda group, p: group.kind.albedo(p))
+
+    def _parts(self, shape, surface, active):
+        """Return [(group, lanes of that kind, their parameters)]."""
+        found = []
+        for group, here, pick in self._places(shape, active):
+            p = pick(group.rows)
+            found.append((group, here, group.textured.over(pick, p, surface.uv, here) if group.textured else p))
+        return found
+
+    def _places(self, shape, active):
+        """Return (group, lanes of that kind, function from tables of its records to each lane's row) of the groups."""
         if self._looks is None:
-            masks = [[_any_of(shape, members) for members in group.shapes] for group in self.groups]
-            return [(group, _any(own), group.rows.chosen(own[1:])) for group, own in zip(self.groups, masks)]
-        place, parts = self._looks.row(shape, active)[0], []
+            for group in self.groups:
+                masks = [_any_of(shape, members) for members in group.shapes]
+                yield group, _any(masks), lambda rows, masks=masks: rows.chosen(masks[1:])
+            return
+        place = self._looks.row(shape, active)[0]
         for group in self.groups:
             here = active & (place >= group.first) & (place < group.first + group.rows.count)
-            parts.append((group, here, group.rows.row(place - group.first, here)))
-        return parts
+            yield group, here, lambda rows, group=group, here=here: rows.row(place - group.first, here)
 
 
 class Look:
-    """What each lane's surface does to light. Directions are local, as in bsdfs/base.py; the frame is not turned."""
+    """What each lane's surface does to light. Directions are in the world, and point away from the surface."""
 
-    def __init__(self, frame, parts):
-        self.frame = frame
-        self._parts = parts  # of (group, lanes of that kind, their parameters)
+    def __init__(self, frame, parts, n_shade=None):
+        """Hold shading frames, parts (group, lanes of that kind, their parameters), and the normals that maps turned."""
+        self._frame, self._parts, self._n_shade = frame, parts, n_shade
 
     def sample(self, wi, u, u2):
-        """Return the BsdfSample of each lane."""
+        """Return the BsdfSample of each lane; its `wo` is in the world."""
 
         def ask(group, p):
-            found = group.kind.sample(p, _turned(group.kind, wi, wi), u, u2, group.has)
-            found.wo = _turned(group.kind, found.wo, wi)
+            view = self._view(group.kind, wi)
+            found = group.kind.sample(p, view.local(wi), u, u2, group.has)
+            possible, found.wo = view.possible(found.wo), view.world(found.wo)
+            found.weight = dr.select(possible, found.weight, 0)
             return found
 
-        return self._joined(ask)
+        return _joined(self._parts, ask)
 
     def evaluate(self, wi, wo):
         """Return the BSDF times |cosine| at wo, and the density of `sample` per steradian."""
-        return self._joined(
-            lambda group, p: group.kind.evaluate(p, _turned(group.kind, wi, wi), _turned(group.kind, wo, wi), group.has)
-        )
 
-    def albedo(self):
-        """Return the colour for pictures of first hits."""
-        return self._joined(lambda group, p: group.kind.albedo(p))
+        def ask(group, p):
+            view = self._view(group.kind, wi)
+            local = view.local(wo)
+            value, pdf_sa = group.kind.evaluate(p, view.local(wi), local, group.has)
+            return dr.select(view.possible(local), value, 0), pdf_sa
 
-    def _joined(self, ask):
-        """Return what the kinds answer, each for its own lanes."""
-        group, _, p = self._parts[0]
-        result = ask(group, p)
-        for group, here, p in self._parts[1:]:
-            result = dr.select(here, ask(group, p), result)
-        return result
+        return _joined(self._parts, ask)
+
+    def _view(self, kind, wi):
+        """Return how a kind sees directions: those that only reflect see both sides of the surface alike."""
+        if self._n_shade is None:
+            return View(self._frame, None if kind.transmits else self._frame.to_local(wi).z < 0)
+        return MappedView(self._frame, None if kind.transmits else dr.dot(wi, self._n_shade) < 0, self._n_shade)
+
+
+@dataclass(frozen=True)
+class View:
+    """Directions in a frame, which is turned where the surface is seen from behind."""
+
+    frame: Frame
+    behind: object  # mask, or None if that does not count
+
+    def local(self, w):
+        """Return a world direction in the frame."""
+        return self._turned(self.frame.to_local(w))
+
+    def world(self, w):
+        """Return a local direction in the world."""
+        return self.frame.to_world(self._turned(w))
+
+    def possible(self, w):
+        """Return whether light can take a local direction."""
+        return True
+
+    def _turned(self, w):
+        return w if self.behind is None else Vector3f(w.x, w.y, dr.select(self.behind, -w.z, w.z))
+
+
+@dataclass(frozen=True)
+class MappedView:
+    """Directions in a frame that a map has turned: what is behind the surface is mirrored by the surface itself."""
+
+    frame: Frame
+    behind: object
+    n_shade: Vector3f
+
+    def local(self, w):
+        """Return a world direction in the frame."""
+        return self.frame.to_local(self._mirrored(w))
+
+    def world(self, w):
+        """Return a local direction in the world."""
+        return self._mirrored(self.frame.to_world(w))
+
+    def possible(self, w):
+        """Return whether a local direction is on the same side of the surface's and of the map's normal."""
+        return dr.dot(self.frame.to_world(w), self.n_shade) * w.z > 0
+
+    def _mirrored(self, w):
+        return w if self.behind is None else dr.select(self.behind, w - self.n_shade * (2 * dr.dot(w, self.n_shade)), w)
 
 
 def bsdf_of(material):
@@ -113,9 +188,13 @@ def bsdf_of(material):
     return material.bsdf, KINDS[material.bsdf.type]
 
 
-def _turned(kind, w, wi):
-    """Return a direction in the frame that a kind wants: kinds that only reflect see both sides alike."""
-    return w if kind.transmits else Vector3f(w.x, w.y, dr.select(wi.z < 0, -w.z, w.z))
+def _joined(parts, ask):
+    """Return what the kinds answer, each for its own lanes."""
+    group, _, p = parts[0]
+    result = ask(group, p)
+    for group, here, p in parts[1:]:
+        result = dr.select(here, ask(group, p), result)
+    return result
 
 
 def _places(groups, count):
