@@ -76,7 +76,7 @@ def dents():
         for x in range(64):
             dx, dy = (x - 31.5) / 24, (y - 31.5) / 24
             slope = math.sin(math.pi * min(1.0, math.hypot(dx, dy)))
-            n = (-dx * slope, -dy * slope, 1.0)
+            n = (-0.5 * dx * slope, -0.5 * dy * slope, 1.0)
             size = math.hypot(*n)
             image.putpixel((x, y), tuple(round(255 * (0.5 + 0.5 * component / size)) for component in n))
     return image
