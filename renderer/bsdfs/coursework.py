@@ -2,8 +2,9 @@
 
 f = (1 - rho) (kd Cd / pi + ks Cs N (n.h)^e) + rho times mirror, blurred mirror (GGX, F = 1) or smooth glass, with
 N = (e + 2) (e + 4) / (8 pi (2^(-e/2) + e)): the lobe's albedo is 1 at normal incidence and falls with the angle.
-kd and ks are divided by max(1, kd max Cd + ks max Cs), so that no energy is made; of textures, where they are met. rho is picked with probability
-rho, the lobe, where it is strong, with its share of the weights, by half vectors of density (e + 1) / (2 pi) (n.h)^e.
+kd and ks are divided by max(1, kd max Cd + ks max Cs), so that no energy is made; of textures, where they are met.
+rho is picked with probability rho, the lobe, where it is strong, with its share of the weights, by half vectors of
+density (e + 1) / (2 pi) (n.h)^e.
 Both sides look alike but for glass, whose inside is at wi.z < 0.
 """
 
@@ -35,11 +36,12 @@ def pack(material, outside):
     lobe = m.ks * sum(m.specularcolor) / 3
     base = m.kd * (sum(m.diffusecolor) / 3 if m.texture is None else brightest / 2)
     chosen = (1 - rho) * lobe / (lobe + base) if LOBE_DRAWN in has else 0.0
+    rest = 1 - rho - chosen if base > 0 else 0.0
     eta = m.refractiveindex / outside if GLASS in has else 1.0
     return [
         *(m.diffusecolor if m.texture is None else (0.0, 0.0, 0.0)), m.kd * limit * (1 - rho) / math.pi,
         *(colour * m.ks * limit * (1 - rho) * _peak(e) for colour in m.specularcolor), e, 1 / (e + 1),
-        rho, rho + chosen, (1 - rho - chosen) / math.pi, chosen * (e + 1) / (4 * math.pi),
+        rho, rho + chosen, rest / math.pi, chosen * (e + 1) / (4 * math.pi),
         eta, 1 / eta, float(GLASS in has), m.roughness if BLURRED in has else microfacet.SMOOTH,
         m.kd if limited else 0.0, m.ks * max(m.specularcolor) if limited else 0.0,
     ]  # fmt: skip
@@ -54,9 +56,9 @@ def features(material):
     is_blurred = mirror and m.roughness >= microfacet.ALPHA_MIN
     # where it is weaker than the base even at its peak, drawing from it costs more than the noise that it would save
     drawn = highlight and m.ks * max(m.specularcolor) * _peak(m.specularexponent) * math.pi > m.kd * _brightest(m)
-    parts = {LOBE_DRAWN: drawn, DIFFUSE: diffuse, HIGHLIGHT: highlight, MIRROR: mirror and not is_blurred, BLURRED: is_blurred,
-             GLASS: rho > 0 and m.isrefractive,
-             LIMITED: diffuse and m.texture is not None and m.kd * _brightest(m) + m.ks * max(m.specularcolor) > 1}
+    limited = diffuse and m.texture is not None and m.kd * _brightest(m) + m.ks * max(m.specularcolor) > 1
+    parts = {DIFFUSE: diffuse, HIGHLIGHT: highlight, LOBE_DRAWN: drawn, LIMITED: limited, BLURRED: is_blurred,
+             MIRROR: mirror and not is_blurred, GLASS: rho > 0 and m.isrefractive}  # fmt: skip
     return tuple(name for name, there in parts.items() if there)
 
 
@@ -137,7 +139,7 @@ def _not_delta(p, wi, u, u2, has):
     rest = 1 - u2.y
     cos, sin = dr.sqrt(rest), dr.sqrt(u2.y)  # of a cosine-weighted hemisphere
     wo, lobe = Vector3f(sin * cos_phi, sin * sin_phi, cos), None
-    if HIGHLIGHT in has:
+    if LOBE_DRAWN in has:
         cos_h = exp2(log2(rest) * p[INVERSE_EXPONENT])
         sin = dr.sqrt(greater(1 - dr.square(cos_h), Float(0)))
         h = Vector3f(sin * cos_phi, sin * sin_phi, cos_h)
@@ -153,8 +155,8 @@ def _not_delta(p, wi, u, u2, has):
     if BLURRED in has:
         blurred = (u < p[RHO]) & (p[ALPHA] > 0)
         wo = dr.select(blurred, microfacet.reflect(wi, _ggx(p).sample(wi, u2)), wo)
-        if HIGHLIGHT in has:
-            lobe = tuple(dr.select(blurred, there, here) for there, here in zip(_lobe(p, wi, wo), lobe))
+    if HIGHLIGHT in has and (LOBE_DRAWN not in has or BLURRED in has):
+        lobe = _lobe(p, wi, wo)
     return wo, lobe
 
 
@@ -167,7 +169,8 @@ def _evaluate(p, wi, wo, lobe, has):
     if HIGHLIGHT in has:
         power, inverse = lobe
         value = value + p.vector(LOBE) * (power * cosine)
-        pdf_sa = pdf_sa + p[LOBE_PDF] * power * inverse
+        if LOBE_DRAWN in has:
+            pdf_sa = pdf_sa + p[LOBE_PDF] * power * inverse
     if BLURRED in has:
         ggx = _ggx(p)
         density = dr.select(p[ALPHA] > 0, p[RHO] * ggx.density(wi + wo) * ggx.visibility(wi) * 0.25, 0)

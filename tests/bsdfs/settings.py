@@ -156,22 +156,45 @@ def principled():
         yield Setting(f"principled-{name}", record, {"type": "principled", "base_color": rgb(GREEN), **theirs})
 
 
+def plugin(material):
+    """Return the converters' plugin of a coursework material, with the nested one of its share."""
+    made = {"type": "coursework", "diffusecolor": rgb(material.diffusecolor), "specularcolor": rgb(material.specularcolor),
+            "kd": material.kd, "ks": material.ks, "exponent": material.specularexponent, "share": 0.0}  # fmt: skip
+    if material.isrefractive:
+        return made | {"share": material.reflectivity, "other": {"type": "dielectric", **glass(material.refractiveindex)}}
+    if material.isreflective and material.reflectivity > 0:
+        mirror = {"type": "conductor", "material": "none"}
+        if material.roughness > 0:
+            mirror |= {"type": "roughconductor", "alpha": material.roughness, "distribution": "ggx"}
+        return made | {"share": material.reflectivity, "other": mirror}
+    return made
+
+
 def coursework():
     """Yield settings of the coursework's own material."""
-    made = keys.Material
-    yield Setting("coursework", made(kd=0.6, ks=0.3, diffusecolor=GREEN), None)
-    yield Setting("coursework-matt", made(ks=0.0, kd=1.0, diffusecolor=GREEN), {"type": "diffuse", "reflectance": rgb(GREEN)})
+    def mixed(name, **given):
+        material = keys.Material(**given)
+        return Setting(f"coursework-{name}", material, plugin(material))
+
+    yield mixed("matt-and-lobe", kd=0.6, ks=0.3, diffusecolor=GREEN)
+    yield mixed("weak-lobe")
+    yield mixed("coloured-lobe", kd=0.3, ks=0.5, specularcolor=GREEN, specularexponent=60.0)
+    yield mixed("matt", ks=0.0, kd=1.0, diffusecolor=GREEN)
     for exponent in (0.0, 1.0, 200.0):
-        yield Setting(f"coursework-lobe-{exponent:.0f}", made(kd=0.0, ks=1.0, specularexponent=exponent), None)
-    yield Setting("coursework-bright", made(kd=1.0, ks=1.0), None)
-    mirror, blurred = {"isreflective": True, "reflectivity": 0.4}, {"isreflective": True, "reflectivity": 1.0}
-    yield Setting("coursework-mirror", made(**mirror), None)
-    yield Setting("coursework-all-mirror", made(isreflective=True), {"type": "conductor", "material": "none"}, True)
-    yield Setting("coursework-blurred", made(**mirror, roughness=0.2), None)
-    yield Setting("coursework-all-blurred", made(**blurred, roughness=0.3),
-                  {"type": "roughconductor", "material": "none", "alpha": 0.3, "distribution": "ggx"})
-    yield Setting("coursework-glass", made(isrefractive=True, reflectivity=0.7, refractiveindex=1.5), None)
-    yield Setting("coursework-all-glass", made(isrefractive=True, refractiveindex=1.5), {"type": "dielectric", **glass(1.5)}, True)
+        yield mixed(f"lobe-{exponent:.0f}", kd=0.0, ks=1.0, specularexponent=exponent)
+    yield mixed("bright", kd=1.0, ks=1.0, diffusecolor=(1.0, 0.7, 0.5))
+    yield Setting("coursework-dazzling", keys.Material(kd=1.0, ks=1.0, diffusecolor=(2.0, 1.0, 0.5)), None)
+    yield mixed("mirror", isreflective=True, reflectivity=0.4)
+    yield mixed("blurred", isreflective=True, reflectivity=0.4, roughness=0.2)
+    yield mixed("blurred-strong", isreflective=True, reflectivity=0.4, roughness=0.2, kd=0.2, ks=0.5)
+    yield mixed("all-blurred", isreflective=True, roughness=0.3)
+    yield mixed("glass", isrefractive=True, reflectivity=0.7, refractiveindex=1.5)
+    yield mixed("no-share", isreflective=True, reflectivity=0.0, roughness=0.3)
+    none = {"type": "conductor", "material": "none"}
+    yield Setting("coursework-all-mirror", keys.Material(isreflective=True), none, True)
+    record = keys.Material(isrefractive=True, refractiveindex=1.5)
+    yield Setting("coursework-all-glass", record, {"type": "dielectric", **glass(1.5)}, True)
+    yield Setting("coursework-black", keys.Material(kd=0.0, ks=0.0), None)
 
 
 SETTINGS = [*diffuse(), *mirrors(), *rough_metals(), *dielectrics(), *rough_dielectrics(), *plastics(), *principled(),

@@ -85,7 +85,7 @@ def named(name):
     return next(setting for setting in SMOOTH if setting.name == name)
 
 
-@pytest.mark.parametrize("name", ["diffuse", "roughconductor-ggx-0.3", "principled-all", "coursework"])
+@pytest.mark.parametrize("name", ["diffuse", "roughconductor-ggx-0.3", "principled-all", "coursework-matt-and-lobe"])
 def test_inflated_density_is_rejected(name):
     """A density that is 3 % too great is noticed by the number of samples that the fast tests take."""
     setting = named(name)

@@ -7,7 +7,8 @@ import pytest
 from renderer.core.backend import Float, Vector2f, Vector3f
 from tests.bsdfs.settings import SETTINGS, SMOOTH, array, directions, each, numbers
 
-COUNT = 200_000
+COUNT = 100_000
+BLACK = "coursework-black"  # reflects nothing
 GRID = 1024  # directions each way in integrals over the sphere
 
 
@@ -38,7 +39,7 @@ def test_weight_is_value_over_density(setting):
     wo, weight, pdf, delta = (array(part, COUNT) for part in (found.wo, found.weight, found.pdf_sa, found.delta))
     value, pdf_sa = array(value, COUNT), array(pdf_sa, COUNT)
     alive = weight.max(1) > 0
-    assert alive.mean() > (0.3 if setting.smooth else 0.999)
+    assert alive.mean() > (0.3 if setting.smooth else 0.999) or setting.name == BLACK
     np.testing.assert_allclose(np.linalg.norm(wo[alive], axis=1), 1, atol=4e-6)
     assert not pdf[delta > 0].any()
     if not setting.smooth:

@@ -1,5 +1,7 @@
 """Values, densities and samples against Mitsuba's, kind by kind (level 1: single BSDFs, no pictures)."""
 
+import importlib
+
 import drjit as dr
 import numpy as np
 import pytest
@@ -18,8 +20,9 @@ RTOL, SHARE = 2e-4, 0.997
 
 @pytest.fixture(scope="module", autouse=True)
 def variant():
-    """Mitsuba in the arithmetic that the renderer has."""
+    """Mitsuba in the arithmetic that the renderer has, with the plugin of the coursework's material."""
     mi.set_variant("llvm_ad_rgb")
+    importlib.import_module("converters.coursework_bsdf")
 
 
 def interaction(wi):
@@ -58,14 +61,20 @@ def test_value_and_density_agree(setting):
     if theirs.shape != value.shape or their_pdf.shape != pdf_sa.shape:  # literals
         theirs, their_pdf = np.broadcast_to(theirs, value.shape), np.broadcast_to(their_pdf, pdf_sa.shape)
     assert close_to(value, theirs, tolerance(setting)).mean() > SHARE
-    assert close_to(pdf_sa, their_pdf, tolerance(setting)).mean() > SHARE
+    if same_density(setting):
+        assert close_to(pdf_sa, their_pdf, tolerance(setting)).mean() > SHARE
     assert value.any() == setting.smooth == bool(theirs.any())
+
+
+def same_density(setting):
+    """Return whether the plugin picks its lobes as ours does, which the one of the coursework's material does not."""
+    return setting.mitsuba["type"] != "coursework"
 
 
 def two_sided(setting):
     """Return the loaded plugin."""
-    transmits = setting.mitsuba["type"].endswith("dielectric")
-    return mi.load_dict(setting.mitsuba if transmits else {"type": "twosided", "bsdf": setting.mitsuba})
+    as_it_is = setting.mitsuba["type"].endswith("dielectric") or setting.mitsuba["type"] == "coursework"
+    return mi.load_dict(setting.mitsuba if as_it_is else {"type": "twosided", "bsdf": setting.mitsuba})
 
 
 @each(KNOWN)
@@ -85,7 +94,10 @@ def test_samples_have_the_same_mean(setting, cos):
                        ((weight, (COUNT, 3)), (bs.wo, (COUNT, 3)), (bs.eta, (COUNT,)))))  # fmt: skip
     error = np.sqrt((ours[1] + theirs[1]) / COUNT)
     z = abs(ours[0] - theirs[0]) / (error + 1e-5 + 1e-4 * abs(theirs[0]))
-    assert z.max() < 5, (ours[0], theirs[0])
+    assert z[:CARRIED if not same_density(setting) else None].max() < 5, (ours[0], theirs[0])
+
+
+CARRIED = 12  # moments of what samples carry; then those that depend on how directions are picked
 
 
 def moments(weight, wo, eta):

@@ -72,7 +72,7 @@ def test_change_of_radiance_is_watched():
 
 def test_asymmetry_is_rejected():
     """A value that favours one of the two directions by 1 %."""
-    found = wrong("coursework", evaluate=lambda value, pdf_sa, wi, wo: (value * (1 + 0.01 * wi.z), pdf_sa))
+    found = wrong("coursework-matt-and-lobe", evaluate=lambda value, pdf_sa, wi, wo: (value * (1 + 0.01 * wi.z), pdf_sa))
     with pytest.raises(AssertionError):
         contract.test_reciprocity(found)
 
