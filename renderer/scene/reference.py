@@ -73,9 +73,10 @@ CONVENTIONS = """## Conventions
   mesh, materials in the file are not read. Mistakes in a file are told with its line. A mesh is a sheet, as a triangle
   is: it need not be closed, and it surrounds nothing. Transformation steps are applied in their order: `[{"scale": 2},
   {"translate": [0, 1, 0]}]` doubles the mesh around the origin and then lifts it. See [meshes](meshes.md).
-* **Lamps in phong mode.** An `arealight` or `disklight` is a point light at a random one of its points for every sample, so
-  that shadows are soft with `samples` > 1, and is not seen. `roughness` blurs a mirror likewise. An `environment` is what
-  rays see that hit nothing. `emission`, `bsdf` and maps of normals and heights count in mode `pathtracer` only.
+* **Lamps in phong mode.** An `arealight` or `disklight` is a point light at a random one of its points for every
+  sample, so that shadows are soft with `samples` > 1, and is not seen. `roughness` blurs a mirror likewise. An
+  `environment` is what rays see that hit nothing. `emission`, `bsdf` and maps of normals and heights count in mode
+  `pathtracer` only.
 * **Debug modes.** `depth` (distance along the ray, near is white), `normals` (0.5 + 0.5 n, outward), `uv` (fractions
   of u and v in red and green), `albedo` (diffuse colour or texture), `shapes` (a colour for each index in `shapes`).
 * **Exposure.** Radiance times `exposure` / 0.1 goes through the curve `tonemap`; `linear` clamps at 1. Binary and
@@ -85,17 +86,16 @@ CONVENTIONS = """## Conventions
   even. A file name is relative to the scene file; a folder `textures` beside it is tried next.
 * **Texture coordinates.** An image is upright, and is not mirrored, for who looks at a shape from outside with +y up.
   For an axis or normal n, t = unit(n x [0, 1, 0]), or unit(n x [0, 0, 1]) where |n.y| >= 0.9, and b = n x t: t runs
-  to the right and b down.
-  Sphere, d = p - center: u = atan2(d.z, d.x) / 2 pi mod 1, v = acos(d.y / radius) / pi.
-  Cylinder, in the frame of its axis a: u = atan2(-d.b, d.t) / 2 pi mod 1, v = (height - d.a) / (2 height) on the side,
-  and on the caps the distance from the axis over `radius`.
-  Triangle: interpolated between `uv0`, `uv1` and `uv2`. Plane: u = (p - point).t, v = (p - point).b, in scene units.
-  Mesh: interpolated between those of the file's vertices; of OBJ files, whose v runs upwards, 1 - v is taken.
-  Where a file has none, the corners of each triangle have (0, 0), (1, 0) and (0, 1).
-  Box: one whole texture a face; u runs along +z on the face at max.x and along -z at min.x, along -x at max.z and
-  along +x on the others; v runs along -y on the sides, along -z on the top and along +z on the bottom. Convex: u = p.t, v = p.b in the frame
-  of each facet's normal, in scene units. Rectangle: from 0 to 1 along `u` and `v`. Disk: u is the angle in turns, as on the
-  upper cap of a cylinder, v the distance from the middle over `radius`.
+  to the right and b down. Sphere, d = p - center: u = atan2(d.z, d.x) / 2 pi mod 1, v = acos(d.y / radius) / pi.
+  Cylinder, in the frame of its axis a: u = atan2(-d.b, d.t) / 2 pi mod 1, v = (height - d.a) / (2 height) on the
+  side, and on the caps the distance from the axis over `radius`. Triangle: interpolated between `uv0`, `uv1` and
+  `uv2`. Plane: u = (p - point).t, v = (p - point).b, in scene units. Mesh: interpolated between those of the file's
+  vertices; of OBJ files, whose v runs upwards, 1 - v is taken. Where a file has none, the corners of each triangle
+  have (0, 0), (1, 0) and (0, 1). Box: one whole texture a face; u runs along +z on the face at max.x and along -z at
+  min.x, along -x at max.z and along +x on the others; v runs along -y on the sides, along -z on the top and along +z
+  on the bottom. Convex: u = p.t, v = p.b in the frame of each facet's normal, in scene units. Rectangle: from 0 to 1
+  along `u` and `v`. Disk: u is the angle in turns, as on the upper cap of a cylinder, v the distance from the middle
+  over `radius`.
 """
 
 ALIASES = """## Other spellings

@@ -1,7 +1,7 @@
 """Normal maps and bump maps: the shading frame of a surface whose texture tells which way it faces.
 
-A normal map gives the normal in the frame (t, b, n) of the shading normal with t along dp_du. A bump map gives heights h
-along the shading normal n: its normal is that of the moved surface p + h n, dp_du + n (dh/du - n.dp_du) crossed with
+A normal map gives the normal in the frame (t, b, n) of the shading normal with t along dp_du. A bump map gives heights
+h along the shading normal n: its normal is that of the moved surface p + h n, dp_du + n (dh/du - n.dp_du) crossed with
 the same by v, where what h changes by how n bends is left out [Blinn1978]. Both as in Mitsuba.
 
 Directions on different sides of the surface's and of the map's normal are not possible: their light must not count.

@@ -232,7 +232,7 @@ class DirectionalLight(Node):
 
 @node
 class AreaLight(Node):
-    """A shining rectangle: soft shadows in phong mode, where it is not seen; in `pathtracer` black but for its light."""
+    """A shining rectangle: soft shadows in phong mode, where it is not seen; black but for its light in the other."""
 
     type: str = kind("arealight")
     position: tuple = key(POINT, "its middle", unit=LENGTH)

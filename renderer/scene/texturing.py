@@ -73,7 +73,7 @@ class Texturing:
         return Slot(self._rows(uses, kinds), lookups, all(uses), form)
 
     def heights(self, uses, factors):
-        """Return the Slot of bump maps, whose values are the slopes (Vector2f) along u and v of numbers times a factor."""
+        """Return the Slot of bump maps, whose values are the slopes (Vector2f) along u and v of heights times factors."""
         if not any(uses):
             return None
         kinds = list(dict.fromkeys(use.wrap for use in uses if use))
@@ -133,7 +133,7 @@ class Parameters:
         self._slots = slots  # [(column, Slot)]
 
     def over(self, pick, p, uv, active):
-        """Return the parameters p with those of textures in place; `pick` is a function from Rows to each lane's row."""
+        """Return the parameters p with those of textures in place; `pick` goes from Rows to each lane's row."""
         values = {}
         for column, slot in self._slots:
             plain = p.vector(column) if slot.form is COLOUR else p[column]
@@ -164,7 +164,7 @@ class Overlay:
 
 
 def uses_of(kind, material, bsdf):
-    """Return the Use or None of each key of a BSDF that may be textured: what tells two records apart besides values."""
+    """Return the Use or None of each key of a BSDF that may be textured; it tells records apart besides values."""
     return tuple(use_of(material, bsdf, key) for key in kind.textured or ())
 
 
