@@ -21,7 +21,7 @@ from renderer.engine.loop import follow_sample, pixel_corner, sample_pixels
 from renderer.scene.schema import MAX_SAMPLES
 
 PASS_SECONDS = 0.5  # aim for the length of a pass: often enough for progress and Ctrl-C
-PART_PIXELS = 2**17 if NAME == "llvm" else 2**22  # of a part: work for a hundred threads, or for a GPU
+PART_PIXELS = 2**18 if NAME == "llvm" else 2**22  # of a part: work for two hundred threads, or for a GPU
 LEAST_IN_PASS = 16  # samples a pixel, even if it takes longer: with fewer, waiting lanes cost more than a tenth
 LONGEST_GROWTH = 64  # a round is at most this many times the one before
 LEAST_FOR_ERROR = 16  # samples a pixel before their spread is believed
@@ -149,12 +149,12 @@ def refine(view, until, *, variance=False, progress=None, interrupted=None):
 
 def _parts(view, until, variance):
     """Return the picture's parts, without samples."""
-    pixels, parts, single = view.width * view.height, [], until.samples == 1
-    for pixel in range(0, pixels, PART_PIXELS):
-        count = min(PART_PIXELS, pixels - pixel)
-        film = Film.empty(count, single, view.pixel_filter.signed, variance and not single)
-        parts.append(Part(pixel, film if single else film.opaque()))  # so that the first pass uses the others' kernel
-    return parts
+    pixels, signed = view.width * view.height, view.pixel_filter.signed
+    if until.samples == 1:
+        return [Part(0, Film.empty(pixels, True, signed))]
+    sizes = [min(PART_PIXELS, pixels - pixel) for pixel in range(0, pixels, PART_PIXELS)]
+    # opaque, so that the first pass uses the kernel of the others
+    return [Part(k * PART_PIXELS, Film.empty(size, False, signed, variance).opaque()) for k, size in enumerate(sizes)]
 
 
 def _step(until, done, error, seconds, parts, elapsed):

@@ -127,11 +127,16 @@ def test_picture_that_does_not_fit_into_memory_is_refused(scene, engine, capsys,
     """With the size, what it needs and what is there; a picture that fits, or an unknown memory, is no matter."""
     from renderer import machine
 
+    monkeypatch.setitem(sys.modules, "mitsuba_oidn", SimpleNamespace())
     monkeypatch.setattr(machine, "available_memory", lambda: 2**30)
     assert cli.main([scene, "--size", "8000x6000"]) == 2
     assert "8000 x 6000 needs about 1.3 GiB of memory, and 1.0 GiB are free" in capsys.readouterr().err
     assert engine.calls == []
     assert cli.main([scene, "--size", "4000x3000"]) == 0
+    for options in (["-o", "x.exr"], ["--samples", "2"], ["--time", "1"], ["--denoise"]):  # each takes more
+        assert cli.main([scene, "--size", "5500x5000", *options]) == 2
+        assert "choose a smaller --size" in capsys.readouterr().err
+    assert cli.main([scene, "--size", "5500x5000", "-q"]) == 0
     monkeypatch.setattr(machine, "available_memory", lambda: None)
     assert cli.main([scene, "--size", "8000x6000"]) == 0
 

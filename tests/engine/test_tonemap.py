@@ -47,3 +47,17 @@ def test_published_background_value(tmp_path):
     assert set(picture.rgb8(encoding="srgb")) == {137}
     assert set(render(loaded(tmp_path, tonemap="reinhard")).rgb8()) == {51}
     assert set(render(loaded(tmp_path, camera={"exposure": 0.4})).rgb8()) == {255}
+
+
+def test_path_traced_pictures_are_encoded(tmp_path):
+    """After exposure, by the sRGB curve, unless told otherwise; pictures of other modes stay proportional to light."""
+    settings = {"backgroundcolor": [0.05, 0.1, 0.4], "camera": {"width": 2, "height": 1, "exposure": 0.2}}
+    colour = np.array(settings["backgroundcolor"], np.float64) * 2
+    traced = render(loaded(tmp_path, rendermode="pathtracer", samples=2, **settings))
+    phong = render(loaded(tmp_path, rendermode="phong", **settings))
+    for picture, encoding, expected in (
+        (traced, None, srgb(colour)), (traced, "linear", colour), (phong, None, colour), (phong, "srgb", srgb(colour)),
+    ):
+        got = np.frombuffer(picture.rgb8(encoding=encoding), np.uint8).reshape(2, 3)
+        assert np.abs(got - 255 * expected).max() <= 0.5 + 1e-3
+    assert np.allclose(traced.channels()["B"], 0.4)
