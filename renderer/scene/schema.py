@@ -232,7 +232,7 @@ class DirectionalLight(Node):
 
 @node
 class AreaLight(Node):
-    """A shining rectangle: soft shadows in phong mode, where it is not seen; black but for its light in the other."""
+    """A shining rectangle: unseen in phong mode, where shadows get soft; black but for its light in `pathtracer`."""
 
     type: str = kind("arealight")
     position: tuple = key(POINT, "its middle", unit=LENGTH)
