@@ -8,9 +8,13 @@ from renderer.bsdfs import KINDS
 from renderer.core import srgb
 from renderer.core.backend import Bool, Float, UInt32, Vector2f, Vector3f
 from renderer.core.errors import SceneError
+from renderer.core.records import Ray
 from renderer.core.rows import Rows
+from renderer.scene.arrange import arrange
+from renderer.scene.geometry import Geometry
 from renderer.scene.loader import from_dict
 from renderer.scene.texturing import COLOUR, NORMAL, NUMBER, Texturing, use_of, uses_of
+from tests.shapes.test_contract import vectors
 from tests.support.scenes import document
 
 rng = np.random.default_rng(8)
@@ -173,3 +177,24 @@ def test_a_damaged_picture_is_told_with_its_place(folder, material, where):
         Texturing(loaded, loaded.shapes)
     (problem,) = caught.value.problems
     assert problem.key_path == f"scene.shapes[1].material.{where}"
+
+
+@pytest.mark.parametrize(("material", "mode", "wanted"), [
+    ({"bsdf": {"type": "diffuse", "reflectance": BOARD}}, "pathtracer", True),
+    ({"bsdf": {"type": "diffuse", "reflectance": BOARD}}, "phong", False),
+    ({"bumpmap": "a.png"}, "pathtracer", True),
+    ({"texture": BOARD}, "phong", True),
+    ({"texture": BOARD, "bsdf": {"type": "diffuse"}}, "pathtracer", False),
+    ({"bsdf": {"type": "principled", "anisotropic": 0.5}}, "pathtracer", True),
+])
+def test_triangles_in_a_structure_keep_their_coordinates_where_they_count(folder, material, mode, wanted):
+    """For textures, maps and stretched highlights of the mode; elsewhere vertices stay small."""
+    triangle = {"type": "triangle", "v0": [0, 0, 0], "v1": [1, 0, 0], "v2": [0, 1, 0], "uv1": [0.5, 0.5]}
+    content = document([triangle | {"material": material}], rendermode=mode, backgroundcolor=[1, 1, 1])
+    _, geometry = arrange(from_dict(content, directory=folder), "bvh")
+    o, d = np.array([[0.5, 0.25, -1.0]]), np.array([[0.0, 0, 1]])
+    scene = Geometry(**geometry)
+    ray = Ray(vectors(o), vectors(d))
+    uv = scene.surface(ray, scene.intersect(ray), with_uv=True).uv.numpy().ravel()
+    # corner weights are 1/2 and 1/4
+    assert np.allclose(uv, [0.25, 0.5] if wanted else [0.5, 0.25], atol=1e-6)
