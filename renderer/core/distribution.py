@@ -81,7 +81,7 @@ def alias(weights, places):
     heavy_start = np.concatenate([[0], heavy_end[:-1]])
     filler = np.clip(filler, heavy_start[lights // places], heavy_end[lights // places] - 1)
     other[lights] = heavies[filler]
-    filled = np.searchsorted(before, excess, side="right")  # lights that were filled when a heavy one fell below 1
+    filled = np.searchsorted(before[:-1], excess, side="left")  # lights that a heavy one and those before it fill
     filled = np.minimum(filled, light_end[heavies // places])
     share[heavies] = 1 + excess - before[filled]
     other[heavies[:-1]] = heavies[1:]

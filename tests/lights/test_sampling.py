@@ -6,9 +6,8 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from renderer.core.backend import Float, Vector3f
+from renderer.core.backend import Bool, Float, UInt32, Vector3f
 from renderer.core.records import NO_SHAPE, Ray
-from renderer.core.backend import Bool, UInt32
 from tests.lights.room import SIGNIFICANCE, Room, environment_file, p_value, points, uniform_directions
 
 LIGHT = [1.0, 2.0, 3.0]
@@ -113,6 +112,34 @@ def test_environment_tells_the_density_of_what_was_sampled(tmp_path, name):
     assert np.quantile(abs(radiance - found.radiance.numpy()), 0.999) < 2e-3 * radiance.max()
 
 
+def looked_up(pixels, d, rotation_deg):
+    """Return the colours (3, N) of an environment in directions (3, N), interpolated in numpy."""
+    height, width = pixels.shape[:2]
+    x = (np.arctan2(-d[0], -d[2]) / (2 * math.pi) - rotation_deg / 360) * width - 0.5
+    y = np.arccos(np.clip(d[1], -1, 1)) / math.pi * (height - 1)
+    i, j = np.floor(x).astype(int), np.minimum(np.floor(y).astype(int), height - 2)
+    a, b = x - i, y - j
+    corners = [pixels[j + dj, (i + di) % width].T for dj in (0, 1) for di in (0, 1)]
+    return (corners[0] * (1 - a) + corners[1] * a) * (1 - b) + (corners[2] * (1 - a) + corners[3] * a) * b
+
+
+def test_environment_is_interpolated_across_its_seam(tmp_path):
+    """Colours are those of a plain bilinear look-up, columns being periodic and rows not."""
+    pixels = skies()["noise"]
+    room = Room(tmp_path, [], [environment_file(tmp_path, pixels, rotation=33, intensity=[1, 0.5, 2])])
+    even = uniform_directions(2**16)
+    expected = looked_up(pixels, even.numpy().astype(float), 33) * [[1], [0.5], [2]]
+    assert np.quantile(abs(room.seen(ORIGIN, even)[0] - expected), 0.9999) < 1e-4
+
+
+def test_bright_texels_are_chosen_as_bright_as_they_are(tmp_path):
+    """Nearly all of the variance is gone, also beside the seam and at a pole."""
+    for name, bound in (("one bright texel", 0.1), ("noise", 0.25), ("at the pole", 0.8)):
+        found = Room(tmp_path, [], [environment_file(tmp_path, skies()[name])]).sample(ORIGIN)
+        values = np.array([0.2126, 0.7152, 0.0722]) @ found.radiance.numpy() / found.pdf_sa.numpy()
+        assert values.std() < bound * values.mean()
+
+
 def hidden(room, p, found):
     """Return (N,) whether shadow rays are blocked."""
     count = dr.width(found.wo)
@@ -169,6 +196,9 @@ def test_sides_of_several_lamps_are_their_own(tmp_path):
     assert set(np.unique(found.radiance.numpy()[0])) == {7.0}
     below = room.sample([2.5, 0, 0], 2**14).radiance.numpy()[0]
     assert set(np.unique(below)) == {1.0, 7.0}
+    for x, y, expected in ((0, 2, 0), (0, 0, 1), (5, 2, 7), (5, 0, 7)):
+        radiance, pdf_sa = room.seen([x, y, 0], Vector3f(0, 1 - y, 0) + dr.zeros(Vector3f, 1))
+        assert radiance[0] == expected and (pdf_sa > 0) == (expected > 0)
 
 
 def test_spheres_are_dark_within(tmp_path, root):
