@@ -104,16 +104,26 @@ class Film:
         divisor = count * (count - 1)
         return dr.select((divisor > 0) & (spread > 0), spread / dr.select(divisor > 0, divisor, 1), 0)
 
-    def relative_error(self, samples):
-        """Return the root mean square of the pixels' standard errors over the mean luminance, as a number."""
-        variance = dr.mean(self.variance(samples)).item()
-        brightness = dr.mean(Float64(luminance(self.mean(samples)))).item()
-        return variance**0.5 / brightness if brightness > 0 else 0.0
+
+def relative_error(films, samples):
+    """Return the root mean square of all pixels' standard errors over their mean luminance, as a number."""
+    variance = brightness = pixels = 0
+    for film in films:
+        variance += dr.sum(film.variance(samples)).item()
+        brightness += dr.sum(Float64(luminance(film.mean(samples)))).item()
+        pixels += len(film.lost)
+    return (variance * pixels) ** 0.5 / brightness if brightness > 0 else 0.0
 
 
 def joined(films):
-    """Return films as one, their lanes one after the other, not evaluated."""
-    return Film(**{name: _joined([getattr(film, name) for film in films]) for name in Film.__dataclass_fields__})
+    """Return films as one, evaluated, their lanes one after the other; they are emptied, so as not to be kept twice."""
+    whole = {}
+    for name in Film.__dataclass_fields__:
+        whole[name] = _joined([getattr(film, name) for film in films])
+        dr.eval(whole[name])
+        for film in films:
+            setattr(film, name, None)
+    return Film(**whole)
 
 
 def _joined(sums):

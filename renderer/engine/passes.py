@@ -16,7 +16,7 @@ import drjit as dr
 
 from renderer.core.backend import NAME, Float64, UInt32
 from renderer.engine.filters import Box
-from renderer.engine.film import Film, is_finite, joined
+from renderer.engine.film import Film, is_finite, joined, relative_error
 from renderer.engine.loop import follow_sample, pixel_corner, sample_pixels
 from renderer.scene.schema import MAX_SAMPLES
 
@@ -35,7 +35,7 @@ class Until:
 
     samples: int = MAX_SAMPLES  # a pixel
     seconds: float | None = None  # since the first pass began
-    error: float | None = None  # Film.relative_error
+    error: float | None = None  # film.relative_error
 
     def progress(self, done, seconds, error):
         """Return (done, total) of what is nearest to its end."""
@@ -105,16 +105,15 @@ class Exposure:
 
     @staticmethod
     def of(parts):
-        """Return the parts as one."""
+        """Return the parts as one; they are used up."""
         samples = min(part.done for part in parts)
         if len(parts) == 1:
             return Exposure(parts[0].film, samples, samples)
-        film = joined([part.film for part in parts])
         taken = samples
         if any(part.done != samples for part in parts):
             taken = dr.concat([dr.full(UInt32, part.done, len(part.film.lost)) for part in parts])
-        dr.eval(film, taken)
-        return Exposure(film, samples, taken)
+            dr.eval(taken)
+        return Exposure(joined([part.film for part in parts]), samples, taken)
 
 
 def refine(view, until, *, variance=False, progress=None, interrupted=None):
@@ -134,7 +133,7 @@ def refine(view, until, *, variance=False, progress=None, interrupted=None):
             part.film, part.done, seconds = film, goal, seconds + now - launched
             error = None
             if number == len(parts) and until.error is not None and goal >= LEAST_FOR_ERROR:
-                error = Exposure.of(parts).film.relative_error(goal)
+                error = relative_error([part.film for part in parts], goal)
             if progress:
                 done = before + (goal - before) * number / len(parts) if number < len(parts) else goal
                 progress(*until.progress(done, now - start, error))

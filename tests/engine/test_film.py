@@ -6,7 +6,7 @@ import pytest
 
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
 from renderer.engine import passes
-from renderer.engine.film import LUMINANCE, Film
+from renderer.engine.film import LUMINANCE, Film, relative_error
 from renderer.engine.passes import Until, View, find_lost, refine
 from renderer.samplers import KINDS
 
@@ -51,7 +51,7 @@ def test_variance_is_that_of_the_samples(spread):
     expected = np.var(np.tensordot(LUMINANCE, data.astype(np.float64), ([0], [1])), axis=0, ddof=1) / count
     assert np.allclose(film.variance(count).numpy(), expected, rtol=2e-3)
     brightness = np.mean(np.tensordot(LUMINANCE, data.astype(np.float64), ([0], [1])))
-    assert film.relative_error(count) == pytest.approx(np.sqrt(expected.mean()) / brightness, rel=2e-3)
+    assert relative_error([film], count) == pytest.approx(np.sqrt(expected.mean()) / brightness, rel=2e-3)
 
 
 def test_variance_of_equal_samples_is_nothing():
@@ -182,7 +182,7 @@ def test_error_stops_where_the_spread_says(monkeypatch):
     for part in (passes.PART_PIXELS, 90):
         monkeypatch.setattr(passes, "PART_PIXELS", part)
         exposure = refine(view(), Until(error=0.02))
-        assert 0.95 * 833 < exposure.samples < 1.05 * 833 and exposure.film.relative_error(exposure.taken) <= 0.02
+        assert 0.95 * 833 < exposure.samples < 1.05 * 833 and relative_error([exposure.film], exposure.taken) <= 0.02
     calls = []
     refine(view(), Until(error=0.1), progress=lambda *told: calls.append(told))
     shares = [done for done, _ in calls]
