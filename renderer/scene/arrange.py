@@ -4,6 +4,8 @@ Unbounded shapes are always tested. The others are too while they are few: unrol
 through a hierarchy. Meshes, and many shapes, go into a structure together, whatever their kinds.
 """
 
+from collections import Counter
+
 from renderer.core import rows
 from renderer.core.rows import Rows
 from renderer.scene import schema
@@ -13,6 +15,7 @@ from renderer.shapes import KINDS
 AUTO = "auto"
 STRUCTURES = (AUTO, "bvh", "grid", "none")
 TRIANGLE, MESH = "triangle", "mesh"
+MOST_BESIDE = 4  # bounded shapes that are tested by every ray although there is a structure
 
 
 def arrange(loaded, accel):
@@ -55,7 +58,25 @@ def _within(shapes, has_meshes, accel):
     if accel == "none" or few and len(shapes) <= rows.UNROLL_LIMIT:
         return [False] * len(shapes)
     bounded = [shape.type == TRIANGLE or _bounds(shape) is not None for shape in shapes]
-    return [False] * len(shapes) if few and sum(bounded) <= rows.UNROLL_LIMIT else bounded
+    if few and sum(bounded) <= rows.UNROLL_LIMIT:
+        return [False] * len(shapes)
+    beside = _beside(shapes, has_meshes) if accel == AUTO else ()
+    return [within and shape.type not in beside for within, shape in zip(bounded, shapes)]
+
+
+def _beside(shapes, has_meshes):
+    """Return the kinds of which there are so few that they are tested beside the structure.
+
+    Each kind inside makes the test of every leaf longer, for all rays; triangles are there with meshes anyway.
+    """
+    counts = Counter(shape.type for shape in shapes if not (has_meshes and shape.type == TRIANGLE))
+    beside, total = set(), 0
+    for name, count in sorted(counts.items(), key=lambda item: item[1]):
+        total += count
+        if total > MOST_BESIDE:
+            break
+        beside.add(name)
+    return beside
 
 
 def _bounds(shape):

@@ -7,7 +7,7 @@ from renderer.accel.brute_force import BruteForce
 from renderer.accel.bvh import Bvh
 from renderer.core.rows import UNROLL_LIMIT
 from renderer.engine.render import render
-from renderer.scene.arrange import AUTO, arrange
+from renderer.scene.arrange import AUTO, MOST_BESIDE, arrange
 from renderer.scene.tables import compile_scene
 from tests.support.documents import write_texture
 from tests.support.scenes import MATT, SHAPES, loaded
@@ -68,12 +68,18 @@ def test_what_has_no_bounds_does_not_count(folder, endless):
     assert placed(folder, [endless] * (UNROLL_LIMIT + 5))[2] is None
 
 
-@pytest.mark.parametrize("count", [0, 1, 5])
-def test_a_mesh_takes_others_along(folder, count):
-    """Where there is a hierarchy anyway, all that fits goes into it."""
+@pytest.mark.parametrize("count", [0, 1, 4])
+def test_few_of_a_kind_stay_beside_a_mesh(folder, count):
+    """Their kinds would make the test of every leaf longer."""
     inside, outside, structure = placed(folder, [*many(count), PLANE, MESH])
-    assert isinstance(structure, Bvh) and outside == ["plane"]
-    assert inside[-1] == ("triangles", 12 + (count == 5)) and len(inside) == 1 + min(count, 4)
+    assert isinstance(structure, Bvh) and len(outside) == count + 1 and [name for name, _ in inside] == ["triangles"]
+
+
+def test_many_of_a_kind_go_in_beside_a_mesh(folder):
+    """What is of a kind with few others stays out, the rest goes into the hierarchy."""
+    inside, outside, _ = placed(folder, [*[BOUNDED[0]] * (MOST_BESIDE + 1), BOUNDED[1], MESH])
+    assert outside == ["cylinder"] and inside[: MOST_BESIDE + 1] == ["sphere"] * (MOST_BESIDE + 1)
+    assert "cylinder" in placed(folder, [BOUNDED[1], MESH], "bvh")[0], "asked for, everything that fits goes in"
 
 
 @pytest.mark.parametrize("shapes", [[BOUNDED[0]], [BOUNDED[4]], many(5)])
