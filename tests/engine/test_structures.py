@@ -14,7 +14,7 @@ from renderer.core.rows import UNROLL_LIMIT
 from renderer.engine import queries
 from renderer.engine.render import render
 from renderer.scene.geometry import leave
-from renderer.scene.schema import RENDER_MODES
+from renderer.scene.schema import PATHTRACER, RENDER_MODES
 from renderer.scene.tables import compile_scene
 from tests.support.alone import run_alone
 from tests.support.scenes import MATT, loaded, point_light
@@ -26,6 +26,7 @@ MIRROR = MATT | {"isreflective": True, "reflectivity": 0.5}
 GLASS = MATT | {"isrefractive": True, "refractiveindex": 1.4, "reflectivity": 0.9}
 FLOOR = {"type": "plane", "point": [0, -1.6, 0], "normal": [0, 1, 0], "material": MATT}
 SOLIDS = ("sphere", "cylinder", "box", "convex")
+MODES = [mode for mode in RENDER_MODES if mode != PATHTRACER]  # that one takes another way: tests/integrators/test_path.py
 ROUNDING = 4e-6  # relative: 16 roundoffs of the coordinates, four times magnified by slanting triangles
 OUTLINES = 2e-4  # share of pixels whose rays pass an outline, or the edge of a shadow, within rounding
 
@@ -73,7 +74,7 @@ def both(folder, shapes, **keys):
     return pictures
 
 
-@pytest.mark.parametrize("mode", RENDER_MODES)
+@pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("kinds", [*((kind,) for kind in SOLIDS), SOLIDS], ids="-".join)
 def test_solids_look_the_same_to_the_last_bit(tmp_path, rng, kinds, mode):
     """In every mode."""
@@ -82,7 +83,7 @@ def test_solids_look_the_same_to_the_last_bit(tmp_path, rng, kinds, mode):
     assert np.ptp(without) > 0
 
 
-@pytest.mark.parametrize("mode", RENDER_MODES)
+@pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("kinds", [("triangle",), (*SOLIDS, "triangle")], ids=["triangles", "mixed"])
 def test_triangles_look_the_same_but_for_rounding(tmp_path, rng, kinds, mode):
     """Rounding of depths and points everywhere, and another shape or shadow in a few pixels on outlines."""
