@@ -74,7 +74,7 @@ def sample(p, wi, u, u2, has):
     delta = Bool(False)
     value, pdf_sa = _evaluate(p, turned, wo, lobe, has)
     valid = (turned.z > 0) & (wo.z > 0) & (pdf_sa > 0)
-    weight, eta = value / dr.select(valid, pdf_sa, 1), Float(1)
+    weight, eta = value * dr.rcp(dr.select(valid, pdf_sa, 1)), Float(1)
     wo = _turned(wo, wi)
     if MIRROR in has or GLASS in has:
         delta = u < p[RHO]

@@ -144,10 +144,10 @@ def _beckmann_slope(cot, tan, u):
     top = dr.erf(cot)
     scale = tan * (1 / math.sqrt(math.pi))
     x = top - (top + 1) * dr.erf(dr.sqrt(-dr.log(u)))  # exact at a grazing wi, which is the least linear case
-    u = u * (1 + top + scale * dr.exp(-dr.square(cot)))
+    u = u * (1 + top + scale * exp2(dr.square(cot) * -math.log2(math.e)))
     for _ in range(3):
         slope = dr.erfinv(x)
-        x -= (1 + x + scale * dr.exp(-dr.square(slope)) - u) / (1 - slope * tan)
+        x -= (1 + x + scale * exp2(dr.square(slope) * -math.log2(math.e)) - u) / (1 - slope * tan)
     return dr.erfinv(x)
 
 

@@ -15,41 +15,44 @@ from renderer.core.fresnel import dielectric, diffuse_reflectance
 from renderer.core.numeric import greater
 from renderer.core.warp import square_to_cosine_hemisphere
 
-REFLECTANCE, ETA, SCALE, SPECULAR = 0, 3, 4, 5  # SCALE: 1 / (pi eta^2 (1 - F_in)); weight of the coat in picking it
+# SCALE: 1 / (pi eta^2 (1 - F_in)); weight of the coat in picking it, what is left for the base; inverse of the former, and
+# SCALE pi over the latter
+REFLECTANCE, ETA, SCALE, COAT, BASE, COAT_WEIGHT, BASE_WEIGHT = 0, 3, 4, 5, 6, 7, 8
 TEXTURE_MEAN = 0.5  # what a texture counts in picking; only the noise depends on it
+LEAST_MEAN = 1e-3  # what black counts, so that some part can be picked at any index
 
 
 def pack(bsdf, outside):
     """Return reflectance, black where a texture gives it, index relative to the outside, and what follows from them."""
     constant = isinstance(bsdf.reflectance, tuple)
-    mean = sum(bsdf.reflectance) / 3 if constant else TEXTURE_MEAN
-    eta = bsdf.ior / outside
+    mean = max(LEAST_MEAN, sum(bsdf.reflectance) / 3) if constant else TEXTURE_MEAN
+    eta, coat, base = bsdf.ior / outside, 1 / (1 + mean), mean / (1 + mean)
     scale = 1 / (math.pi * eta**2 * (1 - diffuse_reflectance(1 / eta)))
-    return [*(bsdf.reflectance if constant else (0.0, 0.0, 0.0)), eta, scale, 1 / (1 + mean)]
+    colour = bsdf.reflectance if constant else (0.0, 0.0, 0.0)
+    return [*colour, eta, scale, coat, base, 1 / coat, scale * math.pi / base]
 
 
 def sample(p, wi, u, u2, has):
     """Return the mirror direction, or one with the density cosine / pi."""
-    reflectance, specular = _picking(p, wi)
-    mirrored = u < specular
+    _, coat, base = _picking(p, wi)
+    total = coat + base
+    mirrored = u * total < coat
     wo = square_to_cosine_hemisphere(u2)
     outgoing = 1 - dielectric(wo.z, p[ETA])[0]
-    rest = 1 - specular
-    weight = p.vector(REFLECTANCE) * ((1 - reflectance) * outgoing * p[SCALE] * math.pi / rest)
-    weight = dr.select(mirrored, Vector3f(reflectance / specular), weight)
+    weight = total * dr.select(mirrored, Vector3f(p[COAT_WEIGHT]), p.vector(REFLECTANCE) * (outgoing * p[BASE_WEIGHT]))
+    pdf_sa = base / total * wo.z * (1 / math.pi)
     wo = dr.select(mirrored, Vector3f(-wi.x, -wi.y, wi.z), wo)
     valid = (wi.z > 0) & (wo.z > 0)
-    pdf_sa = dr.select(valid & ~mirrored, rest * wo.z * (1 / math.pi), 0)
-    return BsdfSample(wo, dr.select(valid, weight, 0), pdf_sa, valid & mirrored, Float(1))
+    return BsdfSample(wo, dr.select(valid, weight, 0), dr.select(valid & ~mirrored, pdf_sa, 0), valid & mirrored, Float(1))
 
 
 def evaluate(p, wi, wo, has):
     """Return value and density of the base."""
-    reflectance, specular = _picking(p, wi)
+    reflectance, coat, base = _picking(p, wi)
     outgoing = 1 - dielectric(greater(wo.z, Float(0)), p[ETA])[0]
     cosine = dr.select((wi.z > 0) & (wo.z > 0), wo.z, 0)
     value = p.vector(REFLECTANCE) * ((1 - reflectance) * outgoing * p[SCALE] * cosine)
-    return value, (1 - specular) * cosine * (1 / math.pi)
+    return value, base / (coat + base) * cosine * (1 / math.pi)
 
 
 def albedo(p):
@@ -58,10 +61,9 @@ def albedo(p):
 
 
 def _picking(p, wi):
-    """Return the coat's reflectance, and the probability of picking it."""
+    """Return the coat's reflectance, and the weights of coat and base in picking them."""
     reflectance = dielectric(greater(wi.z, Float(0)), p[ETA])[0]
-    coat, base = reflectance * p[SPECULAR], (1 - reflectance) * (1 - p[SPECULAR])
-    return reflectance, coat / (coat + base)
+    return reflectance, reflectance * p[COAT], (1 - reflectance) * p[BASE]
 
 
 register(BsdfKind("plastic", pack, sample, evaluate, albedo, textured={"reflectance": (REFLECTANCE, 3)}))

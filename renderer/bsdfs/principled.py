@@ -66,7 +66,7 @@ def sample(p, wi, u, u2, has):
     wo = dr.select(u < diffuse, base, microfacet.reflect(wi, h))
     value, pdf_sa = evaluate(p, wi, wo, has)
     valid = pdf_sa > 0
-    return BsdfSample(wo, dr.select(valid, value / dr.select(valid, pdf_sa, 1), 0), pdf_sa, Bool(False), Float(1))
+    return BsdfSample(wo, dr.select(valid, value * dr.rcp(dr.select(valid, pdf_sa, 1)), 0), pdf_sa, Bool(False), Float(1))
 
 
 def evaluate(p, wi, wo, has):

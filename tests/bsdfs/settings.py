@@ -134,6 +134,8 @@ def plastics():
     for ior in (1.5, 2.4, 1.0, 1 / 1.5):
         yield Setting(f"plastic-{ior:.3g}", keys.Plastic(ior=ior, reflectance=GREEN),
                       {"type": "plastic", **glass(ior), "diffuse_reflectance": rgb(GREEN), "nonlinear": False})
+    yield Setting("plastic-black", keys.Plastic(reflectance=(0.0, 0.0, 0.0), ior=1.0), None)
+    yield Setting("plastic-white", keys.Plastic(reflectance=WHITE), None)
 
 
 PRINCIPLED = {

@@ -8,7 +8,7 @@ from renderer.core.backend import Float, Vector2f, Vector3f
 from tests.bsdfs.settings import SETTINGS, SMOOTH, array, directions, each, numbers
 
 COUNT = 100_000
-BLACK = "coursework-black"  # reflects nothing
+BLACK = "coursework-black", "plastic-black"  # reflect nothing
 GRID = 768  # directions each way in integrals over the sphere
 
 
@@ -39,7 +39,7 @@ def test_weight_is_value_over_density(setting):
     wo, weight, pdf, delta = (array(part, COUNT) for part in (found.wo, found.weight, found.pdf_sa, found.delta))
     value, pdf_sa = array(value, COUNT), array(pdf_sa, COUNT)
     alive = weight.max(1) > 0
-    assert alive.mean() > (0.3 if setting.smooth else 0.999) or setting.name == BLACK
+    assert alive.mean() > (0.3 if setting.smooth else 0.999) or setting.name in BLACK
     np.testing.assert_allclose(np.linalg.norm(wo[alive], axis=1), 1, atol=4e-6)
     assert not pdf[delta > 0].any()
     if not setting.smooth:
@@ -108,7 +108,7 @@ def test_reciprocity(setting):
     wo, b = directions(COUNT, 6, False)
     there, back = evaluated(setting, wi, wo)[0] / b[:, 2:], evaluated(setting, wo, wi)[0] / a[:, 2:]
     np.testing.assert_allclose(there, back, rtol=2e-4, atol=1e-5 * there.mean())
-    assert there.max() > 0
+    assert there.max() > 0 or setting.name in BLACK
 
 
 @each([setting for setting in SMOOTH if "roughdielectric" not in setting.name])
