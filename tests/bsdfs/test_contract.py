@@ -39,7 +39,10 @@ def test_weight_is_value_over_density(setting):
     wo, weight, pdf, delta = (array(part, COUNT) for part in (found.wo, found.weight, found.pdf_sa, found.delta))
     value, pdf_sa = array(value, COUNT), array(pdf_sa, COUNT)
     alive = weight.max(1) > 0
-    assert alive.mean() > (0.3 if setting.smooth else 0.999) or setting.name in BLACK
+    if setting.name in BLACK:
+        assert not weight.any() and not value.any()
+        return
+    assert alive.mean() > (0.3 if setting.smooth else 0.999)
     np.testing.assert_allclose(np.linalg.norm(wo[alive], axis=1), 1, atol=4e-6)
     assert not pdf[delta > 0].any()
     if not setting.smooth:
