@@ -16,6 +16,7 @@ from converters.geometry import (
 )
 from converters.meshes import MeshFile, mesh_file
 
+BELOW = 1e-3  # scene units between a textured plane's rectangle and what goes on beyond
 RIGHT_ANGLE = 1e-6  # cosine: Mitsuba's rectangles have right angles, other parallelograms become meshes
 PLANE_RADIUS = 1e6  # scene units: the rim is 1e-6 from the horizon, less than rounding of a camera ray
 # Scene units; Mitsuba's disks have polar texture coordinates, so a rectangle stands in for a textured plane.
@@ -124,6 +125,14 @@ def textured_plane(shape):
     normal, half = unit(shape.normal), TEXTURED_PLANE_HALF_SIDE
     t, b = frame(normal)
     return Part("plane", "rectangle", matrix(half * t, half * b, normal, shape.point), uv_map=RECTANGLE_UV)
+
+
+def far_plane(shape):
+    """Return the disk that stands for a textured plane beyond its rectangle, just under it; without texture."""
+    normal = unit(shape.normal)
+    t, b = frame(normal)
+    below = np.asarray(shape.point) - BELOW * normal
+    return Part("far", "disk", matrix(PLANE_RADIUS * t, PLANE_RADIUS * b, normal, below))
 
 
 def is_unbounded(shape):

@@ -81,7 +81,7 @@ class _Writer:
             kind, values = "ply", {**values, "face_normals": True}
         elif "file" in values:
             kind, values = self._with_copy(values)
-        if node.family in ("shape", "emitter"):
+        if depth == 1 and node.family in ("shape", "emitter"):
             named = f" id={quoteattr(name)}"
         elif node.family in ("bsdf", "texture"):
             named = f" name={quoteattr(name)}"

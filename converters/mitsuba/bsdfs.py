@@ -7,12 +7,12 @@ stock counterpart.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable
 
 import numpy as np
 
-from converters.mitsuba import materials
+from converters.mitsuba import materials, srgb
 from converters.mitsuba.nodes import Colour, Node, Pixels
 from renderer.io.image import read_texture
 from renderer.scene.schema import Material
@@ -70,6 +70,30 @@ def textures(material):
     maps = [(key, getattr(material, key)) for key in ("normalmap", "bumpmap")]
     return [key for key, value in (*of_bsdf, *maps) if key != "type" and key != "distribution"
             and value is not None and not isinstance(value, (bool, int, float, tuple))]
+
+
+def evened(surface):
+    """Return the surface with the means of its textures in their place, for primitives without texture coordinates."""
+    material, of_bsdf = surface.material, {}
+    for key in textures(material):
+        if material.bsdf is not None and key in vars(material.bsdf):
+            mean = _mean(surface, getattr(material.bsdf, key), key)
+            of_bsdf[key] = float(mean[0]) if key in NUMBERS else tuple(map(float, mean))
+    changes = {"normalmap": None, "bumpmap": None}
+    if material.bsdf is not None:
+        changes["bsdf"] = replace(material.bsdf, **of_bsdf)
+    elif material.texture is not None:
+        mean = _mean(surface, material.texture, "texture")
+        changes |= {"texture": None, "diffusecolor": tuple(map(float, mean))}
+    return replace(surface, material=replace(material, **changes))
+
+
+def _mean(surface, texture, key):
+    """Return the mean colour of a texture, (3,); of the red channel where a number is asked for."""
+    if not isinstance(texture, str):
+        return (np.array(texture.color1) + texture.color2) / 2
+    values = np.frombuffer(surface.image(texture, key).rgb, np.uint8).reshape(-1, 3) / 255
+    return (values if key in NUMBERS else srgb.decoded(values)).mean(axis=0)
 
 
 def bsdf(surface):

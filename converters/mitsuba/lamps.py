@@ -67,7 +67,8 @@ def both_sides(part):
     step = HAIR * normal * (np.abs(origin).max() + min(np.linalg.norm(x) + np.linalg.norm(y), GREATEST))
     front = replace(part, to_world=matrix(x, y, normal, origin + step))
     if part.kind == "disk":  # its azimuth runs backwards, as that of the lower cap of a cylinder
-        back = replace(part, to_world=matrix(x, -y, -normal, origin - step), uv_map=LOWER_CAP_UV)
+        back = replace(part, to_world=matrix(x, -y, -normal, origin - step),
+                       uv_map=None if part.uv_map is None else LOWER_CAP_UV)
     else:
         back = replace(part, to_world=matrix(-x, y, -normal, origin - step), uv_map=part.uv_map @ TURNED_UV)
     return {"front": front, "back": back}

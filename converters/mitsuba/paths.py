@@ -5,7 +5,7 @@ from __future__ import annotations
 from converters.mitsuba import bsdfs, lamps
 from converters.mitsuba.nodes import Node
 from converters.nesting import outside_indices
-from converters.solids import camera_matrix, is_unbounded, parts, textured_plane
+from converters.solids import camera_matrix, far_plane, is_unbounded, parts, textured_plane
 
 NEAR, FAR = 1e-3, 1e7  # scene units
 NEVER = 1_000_000  # path length from which Russian roulette starts: it would only add noise
@@ -34,8 +34,8 @@ def _shape(loaded, number, shape, outside, remark, exact):
         remark("unbounded convex volume is cut off far away")
     primitives = parts(shape, loaded.resolve)
     if shape.type == "plane" and bsdfs.textures(shape.material):
-        remark("infinite textured plane written as a large finite rectangle around its point")
-        primitives = [textured_plane(shape)]
+        remark("infinite textured plane written as a large rectangle around its point, of its mean colour beyond")
+        primitives = [textured_plane(shape), far_plane(shape)]
     shines = max(shape.emission) > 0
     named = {part.name: part for part in primitives}
     if shines and shape.type in FLAT:
@@ -43,6 +43,8 @@ def _shape(loaded, number, shape, outside, remark, exact):
     result = {}
     for name, part in named.items():
         surface = bsdfs.Surface(loaded, number, shape.material, outside, part.uv_map, remark, exact)
+        if part.uv_map is None:
+            surface = bsdfs.evened(surface)
         inside = {"bsdf": bsdfs.bsdf(surface), **({"emitter": lamps.area(shape.emission)} if shines else {})}
         result[f"shape{number}_{name}"] = part_node(part, inside)
     return result

@@ -15,6 +15,7 @@ FOLDER = Path(__file__).resolve().parents[2] / "scenes" / "features"
 SCENES = sorted(path.stem for path in FOLDER.glob("*.json") if '"pathtracer"' in path.read_text())
 SIZE, SAMPLES = (36, 24), 128
 EDGE = 2  # pixels: nearer to it, wide filters lack samples in Mitsuba
+HORIZON = {"material_bumpmap": 5, "material_normalmap": 5}  # rows dropped: far away Mitsuba's plane has no map
 BOUND = 0.02  # the features by themselves are bounded more tightly, in the other modules
 
 
@@ -22,7 +23,7 @@ BOUND = 0.02  # the features by themselves are bounded more tightly, in the othe
 def test_scene_file(name):
     """The scene file's picture has Mitsuba's expectation."""
     loaded = flat_lights(override(load(FOLDER / f"{name}.json"), width=SIZE[0], height=SIZE[1]))
-    pictures = (side(loaded, SAMPLES)[:, EDGE:-EDGE, EDGE:-EDGE] for side in (ours, theirs))
+    pictures = (side(loaded, SAMPLES)[:, HORIZON.get(name, EDGE):-EDGE, EDGE:-EDGE] for side in (ours, theirs))
     demand_equal(*pictures, bound=BOUND)
 
 

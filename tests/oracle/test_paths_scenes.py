@@ -27,6 +27,7 @@ FLOOR = {"type": "rectangle", "center": [0, -0.9, 0], "u": [0, 0, 9], "v": [9, 0
 BALL = {"type": "sphere", "center": [-0.3, -0.3, -0.2], "radius": 0.55, "material": CHALK}
 LAMP = {"type": "arealight", "position": [-0.8, 2.0, -1.5], "u": [1.5, 0, 0.2], "v": [0, 0.3, 1.2],
         "intensity": [4, 4, 4]}
+DIM = [0.03, 0.03, 0.03]  # a sky under which relief shows
 SKY = [0.5, 0.6, 0.7]
 
 
@@ -94,10 +95,10 @@ def surrounded(*shapes, samples=256, path=INTENSITY, value=None, camera=None, **
                 times(1.01) if value is None else value, samples, (write_files,))
 
 
-def textured(shape, key, wrong, samples=256, **material):
+def textured(shape, key, wrong, samples=256, sky=SKY, **material):
     """Return the Case of a shape with a texture, of which a key of the material is wrong on our side."""
     placed = {"scaleU": 1.7, "scaleV": 1.3, **material}
-    document = scene({**shape, "material": placed}, FLOOR, lights=[LAMP], background=SKY)
+    document = scene({**shape, "material": placed}, FLOOR, lights=[LAMP], background=sky)
     return Case(document, f"scene.shapes.0.material.{key}", wrong, samples, (write_files,))
 
 
@@ -128,13 +129,14 @@ CASES = {
     "caustic": Case(scene({**BALL, "material": GLASS}, FLOOR, bounces=4, lights=[
         {"type": "disklight", "position": [-1.5, 2.0, 1.0], "normal": [1.2, -2.3, -1.2], "radius": 0.3,
          "intensity": [50, 40, 30]}]), "scene.shapes.0.material.bsdf.ior", 1.52, 512),
-    "nested_glass": in_room(
-        {"type": "sphere", "center": [0.1, -0.3, -0.2], "radius": 0.6, "material": plain("dielectric", ior=1.33)},
-        {"type": "sphere", "center": [0.1, -0.3, -0.2], "radius": 0.4, "material": plain("dielectric", ior=1.7)},
-        bounces=8, samples=512, path="scene.shapes.6.material.bsdf.ior", value=1.73),
-    "mirrors": in_room({"type": "rectangle", "center": [0.1, -0.2, 0.5], "u": [1.2, 0, 0.5], "v": [0, 1.2, 0.2],
-                        "material": MIRROR}, BLOCK, bounces=8, samples=512,
-                       path="scene.shapes.5.material.bsdf.reflectance", value=times(0.97)),
+    "nested_glass": Case(scene(
+        {"type": "sphere", "center": [0.1, 0, 0], "radius": 0.8, "material": plain("dielectric", ior=1.33)},
+        {"type": "sphere", "center": [0.2, 0, 0.1], "radius": 0.5, "material": plain("dielectric", ior=1.7)},
+        FLOOR, lights=[LAMP], background=SKY, bounces=8), "scene.shapes.1.material.bsdf.ior", 1.66, 256),
+    "mirrors": Case(scene(
+        {"type": "rectangle", "center": [0.9, 0, 0.5], "u": [0.5, 0, 2], "v": [0, 1.6, 0.2], "material": MIRROR},
+        {"type": "rectangle", "center": [-0.9, 0, 0.5], "u": [-0.4, 0, 2], "v": [0.1, 1.6, 0.2], "material": MIRROR},
+        BALL, FLOOR, lights=[LAMP], background=SKY, bounces=8), "scene.shapes.0.material.bsdf.reflectance", times(0.99)),
     "environment": surrounded(BALL, FLOOR),
     "environment_rotation": surrounded(BALL, FLOOR, path="scene.lightsources.0.rotation", value=26.0),
     "environment_mirror": surrounded({**BALL, "material": MIRROR}),
@@ -156,16 +158,16 @@ CASES = {
                                     **plain("roughdielectric", alpha="numbers.png")),
     "texture_principled": textured(SHAPES["box"], "scaleV", times(1.02), **plain(
         "principled", basecolor="texture.png", roughness="grey.png", metallic="numbers.png")),
-    "normalmap_rectangle": textured(PANE, "scaleU", times(1.02), normalmap="normals.png", **CHALK),
-    "normalmap_sphere": textured(SHAPES["sphere"], "scaleU", times(1.02), normalmap="normals.png", **CHALK),
-    "normalmap_triangle": textured(SHAPES["triangle"], "scaleV", times(1.02), normalmap="normals.png",
+    "normalmap_rectangle": textured(PANE, "scaleU", times(1.03), sky=DIM, normalmap="normals.png", **CHALK),
+    "normalmap_sphere": textured(SHAPES["sphere"], "scaleU", times(1.03), sky=DIM, normalmap="normals.png", **CHALK),
+    "normalmap_triangle": textured(SHAPES["triangle"], "scaleV", times(1.03), sky=DIM, normalmap="normals.png",
                                    **plain("roughconductor", alpha=0.3)),
-    "normalmap_mesh": textured(mesh("lump.ply", {}, normals="flat"), "scaleV", times(1.02), normalmap="normals.png",
+    "normalmap_mesh": textured(mesh("lump.ply", {}, normals="flat"), "scaleV", times(1.1), sky=DIM, normalmap="normals.png",
                                **CHALK),
-    "bumpmap_rectangle": textured(PANE, "bumpscale", times(1.05), bumpmap="heights.png", bumpscale=0.05, **CHALK),
-    "bumpmap_sphere": textured(SHAPES["sphere"], "bumpscale", times(1.05), bumpmap="heights.png", bumpscale=0.04,
+    "bumpmap_rectangle": textured(PANE, "bumpscale", times(1.2), sky=DIM, bumpmap="heights.png", bumpscale=0.1, **CHALK),
+    "bumpmap_sphere": textured(SHAPES["sphere"], "bumpscale", times(1.4), sky=DIM, bumpmap="heights.png", bumpscale=0.08,
                                **CHALK),
-    "bumpmap_metal": textured(PANE, "bumpscale", times(1.05), bumpmap="heights.png", bumpscale=0.02,
+    "bumpmap_metal": textured(PANE, "bumpscale", times(1.2), sky=DIM, bumpmap="heights.png", bumpscale=0.03,
                               **plain("roughconductor", alpha=0.3)),
     "mesh": Case(scene({**mesh("lump.ply", CHALK, {"scale": 0.8}), "normals": "flat"}, FLOOR, lights=[LAMP],
                        background=SKY), "scene.shapes.0.transform.0.scale", 0.806, 256, (write_files,)),
