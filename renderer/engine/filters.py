@@ -15,7 +15,6 @@ import drjit as dr
 
 from renderer.core.backend import Float, UInt32, Vector2f
 from renderer.core.numeric import lesser
-from renderer.core.rows import Rows
 
 DEVIATION, RADIUS = 0.5, 2.0  # pixels
 KNOTS = 512  # of an inverse distribution; each of its pieces stands for so small a share of the samples
@@ -95,7 +94,8 @@ class Tabulated(Box):
     def __init__(self, function, root=RADIUS):
         places = inverse_distribution(function, RADIUS)
         # place and width of a piece side by side: one gather of both
-        self._table = Rows([[a, b - a] for a, b in zip(places, places[1:])])
+        self._table = Float([value for a, b in zip(places, places[1:]) for value in (a, b - a)])
+        dr.eval(self._table)
         self._root, self.signed = root, root < RADIUS
 
     def offset(self, u2):
@@ -108,8 +108,8 @@ class Tabulated(Box):
         """Return a place in (-RADIUS, RADIUS), monotonic in u, so that evenly spread numbers give such places."""
         place = abs(dr.fma(u, 2, -1)) * KNOTS
         knot = lesser(UInt32(place), UInt32(KNOTS - 1))
-        row = self._table[knot]
-        return dr.mulsign(dr.fma(place - Float(knot), row[1], row[0]), u - 0.5)
+        piece = dr.gather(Vector2f, self._table, knot)
+        return dr.mulsign(dr.fma(place - Float(knot), piece.y, piece.x), u - 0.5)
 
 
 FILTERS = {
