@@ -1,6 +1,8 @@
-"""Choosing among many things with given weights, in lanes: alias tables [Walker1977], one look-up a choice.
+"""Choosing among many things with given weights, in lanes; weights are numpy arrays on the host.
 
-A table has 2^bits places of equal probability; each is shared by two things. Weights are numpy arrays on the host.
+Alias tables [Walker1977] need one look-up a choice: 2^bits places of equal probability are each shared by two things.
+Inverse tables keep the order of things, so that random numbers that are spread evenly choose things that are, for two
+to four times the look-ups: a search among the sums of weights, begun between bounds from a table [Chen1974].
 """
 
 import dataclasses
@@ -30,6 +32,7 @@ class AliasTables:
         for rows in tables:
             rows = np.asarray(rows, np.float64)
             bits.append((rows.shape[1] - 1).bit_length())
+            assert bits[-1] <= RANDOM_BITS, "more places than one random number tells apart"
             share, other = alias(rows, 2 ** bits[-1])
             words.append(np.stack([share.astype(np.float32).view(np.uint32), other.astype(np.uint32)], axis=-1).ravel())
             firsts.append(end)
@@ -39,22 +42,59 @@ class AliasTables:
     def choose(self, u, v, first, bits):
         """Return the thing that u and v in [0, 1) choose, and what is left of v, again even in [0, 1).
 
-        `first` is the first place of a table (int, or UInt32 in lanes), `bits` its size (likewise, at most RANDOM_BITS
-        in lanes). A place is taken from the bits of u, so that all are equally likely; beyond those from v as well.
+        `first` is the first place of a table (int, or UInt32 in lanes), `bits` its size (likewise). A place is taken
+        from the bits of u, so that all are equally likely.
         """
-        place = UInt32(u * 2.0**RANDOM_BITS)
-        if isinstance(bits, int) and bits > RANDOM_BITS:
-            v = v * 2.0 ** (bits - RANDOM_BITS)
-            low = dr.floor(v)
-            place, v = (place << (bits - RANDOM_BITS)) + UInt32(low), v - low
-        else:
-            place = place >> (RANDOM_BITS - bits)
+        place = UInt32(u * 2.0**RANDOM_BITS) >> (RANDOM_BITS - bits)
         index = first + place
         words = dr.gather(ArrayXu, self._words, index, shape=(WORDS, dr.width(index)))
         share = dr.reinterpret_array(Float, words[0])
         own = v < share
         left = dr.select(own, v, v - share) / dr.select(own, share, 1 - share)
         return dr.select(own, place, words[1]), dr.select(left < 1, left, 0)
+
+
+@dataclasses.dataclass(frozen=True)
+class InverseTables:
+    """Tables of the same size one after the other, by row; see the module docstring."""
+
+    _sums: Float  # (R, N + 1): of the weights before each thing, the last one 1
+    _bounds: UInt32  # (R, 2^bits + 1): the thing that k / 2^bits chooses; products with powers of 2 are exact
+    _stride: UInt32  # N + 1, opaque
+    _bits: int  # 2^bits >= N
+
+    @classmethod
+    def of(cls, weights):
+        """Return the tables of (R, N) weights, none negative; rows that are all zero count for even ones."""
+        weights = np.asarray(weights, np.float64)
+        rows, count = weights.shape
+        bits = (count - 1).bit_length()
+        sums = np.zeros((rows, count + 1))
+        np.cumsum(weights, axis=1, out=sums[:, 1:])
+        sums[sums[:, -1] == 0] = np.arange(count + 1)
+        sums = (sums / sums[:, -1:]).astype(np.float32)
+        bounds = np.empty((rows, 2**bits + 1), np.uint32)
+        marks = np.arange(2**bits + 1, dtype=np.float32) / np.float32(2**bits)
+        for own, found in zip(sums, bounds):
+            found[:] = np.searchsorted(own[:-1], marks, side="right") - 1
+        return cls(from_host(Float, sums.ravel()), from_host(UInt32, bounds.ravel()), dr.opaque(UInt32, count + 1), bits)
+
+    def choose(self, u, row):
+        """Return the thing of a row's table (UInt32 in lanes) that u in [0, 1) chooses, and what is left of u."""
+        base, mark = row * self._stride, UInt32(u * 2.0**self._bits)
+        place = (row << self._bits) + row + mark
+        low, high = (dr.gather(UInt32, self._bounds, place + k) for k in range(2))
+
+        def halve(low, high):
+            middle = (low + high + 1) >> 1
+            beyond = dr.gather(Float, self._sums, base + middle) > u
+            return dr.select(beyond, low, middle), dr.select(beyond, middle - 1, high)
+
+        low, _ = dr.while_loop((low, high), lambda low, high: low < high, halve, label="inverse table")
+        start = dr.gather(Float, self._sums, base + low)
+        width = dr.gather(Float, self._sums, base + low + 1) - start
+        left = (u - start) / dr.select(width > 0, width, 1)
+        return low, dr.select(left < 1, left, 0)
 
 
 def alias(weights, places):

@@ -13,7 +13,7 @@ import math
 
 import drjit as dr
 
-from renderer.core.backend import ArrayXf, Bool, Float, Float64, UInt32, Vector3f, from_host
+from renderer.core.backend import ArrayXf, Bool, Float, UInt32, Vector3f, from_host
 from renderer.core.numeric import FAR, TINY, greater, lesser, safe_sqrt
 from renderer.lights.base import DirectSample
 
@@ -33,7 +33,7 @@ class Environment:
         """
         import numpy as np
 
-        from renderer.core.distribution import AliasTables
+        from renderer.core.distribution import InverseTables
 
         pixels = pixels * np.asarray(intensity, np.float32)
         if len(pixels) == 1:
@@ -51,7 +51,7 @@ class Environment:
         texels[..., 3] = weight * (width * (height - 1) / (total * TURN * math.pi) if self.shines else 0)
         self._texels = from_host(Float, texels.ravel())
         if self.shines and sampled:
-            self._alias, _, (self._bits,) = AliasTables.of([patches.reshape(1, -1)])
+            self._rows, self._columns = InverseTables.of(patches.sum(axis=1)[None]), InverseTables.of(patches)
         self._size = [dr.opaque(UInt32, value) for value in (width, height)]
         self._turns = dr.opaque(Float, rotation_deg / 360)
 
@@ -68,15 +68,14 @@ class Environment:
         sin = greater(dr.sqrt(dr.fma(d.x, d.x, d.z * d.z)), Float(TINY))
         return Vector3f(*colour[:3]), colour[3] / sin
 
-    def sample(self, u, u2):
-        """Return a direction as a DirectSample: a patch between four texels by its alias table, and a place in it."""
+    def sample(self, u2):
+        """Return a direction as a DirectSample: a patch between four texels, first its row, and a place in it."""
         width, height = self._size
-        patch, vx = self._alias.choose(u, u2.x, 0, self._bits)
-        row = _quotient(patch, width)
-        column = patch - row * width
+        row, vy = self._rows.choose(u2.y, UInt32(0))
+        column, vx = self._columns.choose(u2.x, row)
         corners = self._corners(column, row)
         a, b, c, d = (corner[3] for corner in corners)
-        fy = _linear(u2.y, a + b, c + d)
+        fy = _linear(vy, a + b, c + d)
         fx = _linear(vx, dr.lerp(a, c, fy), dr.lerp(b, d, fy))
         colour = _bilinear(corners, fx, fy)
         sin_phi, cos_phi = dr.sincos(((Float(column) + fx + 0.5) / Float(width) + self._turns) * TURN)
@@ -106,8 +105,3 @@ def _linear(u, a, b):
     """Return x in [0, 1] with a density that goes from a at 0 linearly to b at 1 [Pharr2023, sec. A.4.1]."""
     root = safe_sqrt(dr.lerp(dr.square(a), dr.square(b), u))
     return lesser(u * (a + b) / greater(a + root, Float(TINY)), Float(1))
-
-
-def _quotient(number, divisor):
-    """Return number // divisor without integer division, which lanes do not have."""
-    return UInt32((Float64(number) + 0.5) / Float64(divisor))

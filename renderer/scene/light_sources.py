@@ -68,7 +68,7 @@ class Surroundings:
 
     def direct(self, chosen, p, u2):
         """Return a DirectSample for each lane."""
-        return self.image.sample(chosen.u, u2)
+        return self.image.sample(u2)
 
 
 def luminance(colour):

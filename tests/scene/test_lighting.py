@@ -6,7 +6,7 @@ import pytest
 from scipy import stats
 
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
-from renderer.core.distribution import AliasTables, alias
+from renderer.core.distribution import InverseTables, alias
 from renderer.scene import light_choice, light_sources, lighting
 from renderer.scene.light_choice import Estimate, FewLights, ManyLights
 from renderer.scene.lighting import Light, LightNumber
@@ -96,16 +96,20 @@ def test_alias_tables_hold_their_weights(weights):
         assert np.allclose(own, expected, atol=1e-12) and (own[expected == 0] == 0).all()
 
 
-def test_tables_larger_than_one_random_number_reach_all_places():
-    """Numbers have 24 bits; places beyond take bits of the second number, and none is left out."""
-    bits = 26
-    words = dr.zeros(UInt32, 2 << bits)
-    words[dr.arange(UInt32, 1 << bits) * 2] = 0x3F800000  # every place is its own: share 1
-    u = Float([0.5, 0.5, 1 - 2.0**-24, 0.0])
-    v = Float([0.0, 0.75, 1 - 2.0**-24, 0.25])
-    found, left = AliasTables(words).choose(u, v, 0, bits)
-    assert found.numpy().tolist() == [1 << 25, (1 << 25) + 3, (1 << bits) - 1, 1]
-    assert np.allclose(left.numpy(), [0, 0, 1 - 2.0**-22, 0])
+@pytest.mark.parametrize("weights", [[1.0], [1, 0], [0, 0, 5], [1, 2, 3, 4], [0.1] * 10, [3, *[0] * 30, 1], [0, 0, 0], range(300)])
+def test_inverse_tables_choose_in_order(weights):
+    """As a search among the sums of weights does, at their edges too; what is left is the place between the sums."""
+    weights = np.array([weights, [*weights][::-1]], float)
+    tables, row = InverseTables.of(weights), 1
+    own = weights[row] if weights.any() else np.ones(weights.shape[1])
+    sums = np.concatenate([[0], np.cumsum(own)]) / own.sum()
+    sums = sums.astype(np.float32)
+    u = np.concatenate([np.linspace(0, 1, 4001, dtype=np.float32)[:-1], sums[sums < 1], np.nextafter(sums[1:], np.float32(0)), [1 - 2.0**-24]])
+    found, left = tables.choose(Float(u.astype(np.float32)), UInt32(row))
+    found, left = found.numpy(), left.numpy()
+    assert (found == np.searchsorted(sums[:-1], u, side="right") - 1).all()
+    assert (own[found] > 0).all()
+    assert np.allclose(left, (u - sums[found]) / (sums[found + 1] - sums[found]), atol=1e-5) and (left < 1).all()
 
 
 BLACK = [0.0, 0.0, 0.0]
