@@ -25,6 +25,7 @@ PART_PIXELS = 2**18 if NAME == "llvm" else 2**22  # of a part: work for two hund
 LEAST_IN_PASS = 16  # samples a pixel, even if it takes longer: with fewer, waiting lanes cost more than a tenth
 LONGEST_GROWTH = 64  # a round is at most this many times the one before
 LEAST_FOR_ERROR = 16  # samples a pixel before their spread is believed
+CAUTION = 0.9  # of the samples that an error seems to take, which is an estimate, are rendered before the next look
 SEARCHED_AT_ONCE = 2**16  # samples of a pixel, when a lost one is looked for
 MOST_EXAMPLES = 4  # pixels that are searched for lost samples
 
@@ -121,6 +122,7 @@ def refine(view, until, *, variance=False, progress=None, interrupted=None):
 
     `progress(done, total)` is called after every pass, then `interrupted()`, which tells whether to stop there.
     """
+    error = estimated = None  # relative error, and the samples for which it was estimated
     start, goal, parts = time.perf_counter(), 1, _parts(view, until, variance or until.error is not None)
     while True:
         seconds, before = 0.0, parts[0].done
@@ -131,12 +133,11 @@ def refine(view, until, *, variance=False, progress=None, interrupted=None):
             dr.sync_thread()
             now = time.perf_counter()
             part.film, part.done, seconds = film, goal, seconds + now - launched
-            error = None
+            done = before + (goal - before) * number / len(parts) if number < len(parts) else goal
             if number == len(parts) and until.error is not None and goal >= LEAST_FOR_ERROR:
-                error = relative_error([part.film for part in parts], goal)
+                error, estimated = relative_error([part.film for part in parts], goal), goal
             if progress:
-                done = before + (goal - before) * number / len(parts) if number < len(parts) else goal
-                progress(*until.progress(done, now - start, error))
+                progress(*until.progress(done, now - start, None if error is None else error * (estimated / done) ** 0.5))
             out_of_time = until.seconds is not None and now - start >= until.seconds
             if interrupted is not None and interrupted() or out_of_time and parts[-1].done > 0:
                 return Exposure.of(parts)
@@ -160,10 +161,12 @@ def _step(until, done, error, seconds, parts, elapsed):
     """Return the samples a pixel of the next round, 0 for none; the last took `seconds` a sample, each over all parts."""
     seconds = max(seconds, 1e-9)
     step = max(LEAST_IN_PASS, int(PASS_SECONDS * parts / seconds))
-    if until.error is not None and error is not None:
+    if error is not None:
         if error <= until.error:
             return 0
-        step = min(step, 1 + int(done * ((error / until.error) ** 2 - 1)))
+        step = min(step, 1 + int(CAUTION * done * ((error / until.error) ** 2 - 1)))
+    elif until.error is not None:
+        step = min(step, LEAST_FOR_ERROR - done)
     if until.seconds is not None:
         step = min(step, int((until.seconds - elapsed) / seconds))
     return max(0, min(step, until.samples - done))

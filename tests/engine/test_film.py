@@ -184,9 +184,11 @@ def test_error_stops_where_the_spread_says(monkeypatch):
         exposure = refine(view(), Until(error=0.02))
         assert 0.95 * 833 < exposure.samples < 1.05 * 833 and relative_error([exposure.film], exposure.taken) <= 0.02
     calls = []
-    refine(view(), Until(error=0.1), progress=lambda *told: calls.append(told))
+    assert 30 <= refine(view(), Until(error=0.1), progress=lambda *told: calls.append(told)).samples <= 36
     shares = [done for done, _ in calls]
     assert shares == sorted(shares) and calls[-1] == (1.0, 1.0)
+    assert len(calls) <= 3 * 5  # parts and rounds: the error tells how many samples it takes
+    assert min(shares[5:]) > 0.2  # also between estimates
 
 
 class Clock:
@@ -210,6 +212,25 @@ def test_time_stops_before_it_is_up(monkeypatch):
     assert refine(view(), Until(seconds=1e-3)).samples == 1
     monkeypatch.setattr(passes, "PART_PIXELS", 90)
     assert refine(view(), Until(seconds=0.6)).samples == 1  # it was up after the first of three parts
+
+
+def test_time_is_planned_so_that_all_pixels_end_alike(monkeypatch):
+    """The last round is as long as the time left: 10 s at 0.2 s a sample of the picture are 50 samples everywhere."""
+    clock, expose = Clock(0.0), View.expose
+
+    def exposed(self, film, first, end, pixel=0):
+        clock.pending = 0.001 * len(film.lost) * (end - first)
+        return expose(self, film, first, end, pixel)
+
+    def sync():
+        clock.now += clock.pending
+
+    monkeypatch.setattr(View, "expose", exposed)
+    monkeypatch.setattr(passes, "time", clock)
+    monkeypatch.setattr(passes.dr, "sync_thread", sync)
+    monkeypatch.setattr(passes, "PART_PIXELS", 90)
+    exposure = refine(view(), Until(seconds=10.0))
+    assert exposure.samples == exposure.taken and 48 <= exposure.samples <= 50 and clock.now <= 10.001
 
 
 def test_interrupted_picture_keeps_its_passes(monkeypatch):
