@@ -140,3 +140,13 @@ Progress(sys.stderr)(1, 2)
 print("tqdm" in sys.modules)
 """
     assert run_python(code).stdout == "False\n"
+
+
+def test_progress_may_be_a_share():
+    """Renders that stop by time or error tell how near they are, in shares of 1."""
+    log, clock = io.StringIO(), Clock()
+    progress = Progress(log, clock)
+    for seconds, share in ((1, 0.1), (6, 0.6)):
+        clock.now = 100.0 + seconds
+        progress(share, 1.0)
+    assert log.getvalue() == " 60 % rendered, 6 s elapsed, 4 s left\n"
