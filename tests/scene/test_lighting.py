@@ -83,6 +83,16 @@ def test_near_lights_are_preferred():
     assert own[7] == own.max() > 20 / 1000 and own.min() > 0.05 / 1000
 
 
+def test_lights_that_shine_away_are_left_to_chance():
+    """Behind a one-sided lamp its share is only that which follows power alone, far as well as near."""
+    lamps = [Estimate((0.0, 0.0, float(z)), 1.0, 0.01, (0.0, 0.0, sign), 0.0) for z in (-3, 3) for sign in (-1, 1) for _ in range(5)]
+    choice = ManyLights(lamps, *BOX)
+    behind = [k for k, lamp in enumerate(lamps) if lamp.axis[2] * (0 - lamp.center[2]) < 0]
+    p = points([0, 0, 0], len(lamps))
+    own = choice.probability(p, LightNumber(dr.arange(UInt32, len(lamps)), range(len(lamps)))).numpy()
+    assert np.allclose(own[behind], light_choice.BY_POWER / len(lamps)) and own.sum() == pytest.approx(1)
+
+
 @pytest.mark.parametrize("weights", [[1.0], [1, 0], [0, 0, 5], [1, 2, 3, 4], [1e-30, 1, 1e30], [0.1] * 10, [3, *[0] * 30, 1]])
 def test_alias_tables_hold_their_weights(weights):
     """The shares of each thing over all places are its weight, exactly but for rounding, and 0 for 0."""
@@ -137,11 +147,12 @@ def test_scenes_tell_what_they_have(tmp_path):
 @pytest.mark.parametrize("shape", CHANCE, ids=lambda shape: shape["type"])
 def test_shapes_that_are_not_sampled_shine_when_met(tmp_path, shape):
     """Their density is 0, also beside lights that are sampled."""
-    for lights, sampled in (([], False), ([point_light([9, 9, 9])], True)):
-        room = Room(tmp_path, [shape | {"emission": [1, 2, 3]}], lights)
+    beside = [{"type": "sphere", "center": [9, 9, 9], "radius": 0.1, "emission": [7, 7, 7]}]
+    for others, lights, sampled in (([], [], False), ([], [point_light([9, 9, 9])], True), (beside, [], True)):
+        room = Room(tmp_path, [shape | {"emission": [1, 2, 3]}, *others], lights)
         assert flags(room) == (sampled, True, False)
         radiance, pdf_sa = room.seen([0.2, 5, 0.2], uniform_directions(2**10))
-        assert (pdf_sa == 0).all() and radiance[1].max() == 2
+        assert (pdf_sa[radiance[1] == 2] == 0).all() and 2 in radiance[1]
         inside = room.seen([0.1, 0.2, 0.1], uniform_directions(2**10))[0]
         assert (inside == 0).all() != (shape["type"] == "plane")  # solids shine outwards, this plane downwards too
 
