@@ -22,11 +22,11 @@ def main(path, size, picture):
         now = time.monotonic()
         stages[stage], clock = now - clock, now
 
-    from renderer import cli
+    from renderer import cli, options
     from renderer.io import outputs
     from renderer.scene import loader
 
-    cli.build_parser()
+    options.build_parser()
     passed("import of the command line and the loader")
     width, height = map(int, size.split("x"))
     loaded = loader.override(loader.load(path), width=width, height=height)
