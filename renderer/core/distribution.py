@@ -77,7 +77,8 @@ class InverseTables:
         marks = np.arange(2**bits + 1, dtype=np.float32) / np.float32(2**bits)
         for own, found in zip(sums, bounds):
             found[:] = np.searchsorted(own[:-1], marks, side="right") - 1
-        return cls(from_host(Float, sums.ravel()), from_host(UInt32, bounds.ravel()), dr.opaque(UInt32, count + 1), bits)
+        stride = dr.opaque(UInt32, count + 1)
+        return cls(from_host(Float, sums.ravel()), from_host(UInt32, bounds.ravel()), stride, bits)
 
     def choose(self, u, row):
         """Return the thing of a row's table (UInt32 in lanes) that u in [0, 1) chooses, and what is left of u."""

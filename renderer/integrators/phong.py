@@ -7,7 +7,8 @@ Fresnel equations between reflected and refracted ray, both of which are followe
 bounces left, or without a hit, brings the background's colour.
 
 With more than one sample a pixel, samples are spread over what is not sharp: a lamp is a light at a random one of its
-points, and a rough mirror reflects at a random one of the normals that are seen of its GGX distribution, at full weight.
+points, and a rough mirror reflects at a random one of the normals that are seen of its GGX distribution, at full
+weight.
 
 Numbers: a pair for each lamp and one for a rough mirror, at each depth of the tree; branches of a depth share them.
 """
@@ -143,7 +144,8 @@ class Phong:
                 highlight = dr.power(greater(dr.dot(n, dr.normalize(wi + light.wo)), TINY), exponent)
                 return (colour + dr.select(lit, light.radiance * (kd_diffuse * cos_o + specular * highlight), 0),)
 
-            (colour,) = repeat(group.rows.count, add, (colour,), f"lights {group.kind.name}", scene.light_count <= MOST_UNROLLED_LIGHTS)
+            unroll, label = scene.light_count <= MOST_UNROLLED_LIGHTS, f"lights {group.kind.name}"
+            (colour,) = repeat(group.rows.count, add, (colour,), label, unroll)
             dimension = dimension + group.rows.count if random else dimension
         return colour
 

@@ -6,4 +6,6 @@
 from renderer.lights import arealight, directional, disklight, environment, mesh, pointlight, sheet, sphere, spot
 from renderer.lights.base import KINDS
 
-__all__ = ["KINDS", "arealight", "directional", "disklight", "environment", "mesh", "pointlight", "sheet", "sphere", "spot"]
+__all__ = [
+    "KINDS", "arealight", "directional", "disklight", "environment", "mesh", "pointlight", "sheet", "sphere", "spot"
+]  # fmt: skip

@@ -1,7 +1,8 @@
 """What a light kind provides, and the registry that finds it by its name in the scene file.
 
-Lights of the file register as LightKind. Modules of shapes that shine in path-traced scenes have `pack(shape, twosided)`,
-`features(records)`, `estimate(shape, twosided, luminance)` and `sample(row, p, u, u2, has) -> DirectSample`.
+Lights of the file register as LightKind. Modules of shapes that shine in path-traced scenes have
+`pack(shape, twosided)`, `features(records)`, `estimate(shape, twosided, luminance)` and
+`sample(row, p, u, u2, has) -> DirectSample`.
 """
 
 from __future__ import annotations

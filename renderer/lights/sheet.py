@@ -62,13 +62,18 @@ def estimate(shape, twosided, luminance):
 
 def sample(row, p, u, u2, has):
     """Return a point of the lane's emitter as a DirectSample; `has` is what `features` returned."""
-    kinds, one_sided, two_sided = has
-    place = _place(row, u2, kinds)
+    _, one_sided, two_sided = has
+    both = row[ONE_SIDED] == 0 if one_sided and two_sided else Bool(two_sided)
+    q, normal = point(row, u2, has)
+    return towards(q, normal, p, row.vector(RADIANCE), row[INVERSE_AREA], both)
+
+
+def point(row, u2, has):
+    """Return a point of the lane's emitter, spread evenly, and the unit normal there."""
+    place = _place(row, u2, has[0])
     across = row.vector(EDGE_U), row.vector(EDGE_V)
     q = dr.fma(across[0], place.x, dr.fma(across[1], place.y, row.vector(CORNER)))
-    both = row[ONE_SIDED] == 0 if one_sided and two_sided else Bool(two_sided)
-    normal = dr.cross(*across) * row[INVERSE_CROSS]
-    return towards(q, normal, p, row.vector(RADIANCE), row[INVERSE_AREA], both)
+    return q, dr.cross(*across) * row[INVERSE_CROSS]
 
 
 def _place(row, u2, kinds):

@@ -150,7 +150,8 @@ class ManyLights:
                                        indexing="ij"), axis=-1).reshape(-1, 3)  # fmt: skip
         weights = _cell_weights(estimates, middles, 0.5 * np.linalg.norm(size / cells))
         self._alias, _, (self._bits,) = AliasTables.of([weights])
-        self._probabilities = from_host(Float, (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32).ravel())
+        probabilities = weights / weights.sum(axis=1, keepdims=True)
+        self._probabilities = from_host(Float, probabilities.astype(np.float32).ravel())
         self._lowest = Vector3f(*(dr.opaque(Float, float(x)) for x in lowest))
         self._scale = Vector3f(*(dr.opaque(Float, float(n / s)) for n, s in zip(cells, size)))
         self._cells = [dr.opaque(UInt32, int(n)) for n in cells]

@@ -201,8 +201,8 @@ def test_spot_lights_its_cone_and_fades_towards_its_rim(tmp_path):
     """Full within beamwidth, then linear in the angle to nothing at cutoff; it does not fall off with distance."""
     def lit(angle_deg):
         a = math.radians(angle_deg)
-        spot = {"type": "spot", "position": [math.sin(a), 0, -math.cos(a)], "direction": [0, 0, 1], "intensity": [1, 1, 1],
-                "cutoff": 40, "beamwidth": 20}  # fmt: skip
+        spot = {"type": "spot", "position": [math.sin(a), 0, -math.cos(a)], "direction": [0, 0, 1],
+                "intensity": [1, 1, 1], "cutoff": 40, "beamwidth": 20}  # fmt: skip
         return (middle(tmp_path, shaded({}), [spot]) / BRIGHT - AMBIENT) / (0.9 * math.cos(a))
 
     for angle_deg, expected in ((0, 1), (19, 1), (30, 0.5), (35, 0.25), (41, 0), (80, 0)):
@@ -220,7 +220,8 @@ def test_directional_light_comes_from_one_side_and_is_shadowed(tmp_path):
 
 LAMPS = {
     "arealight": {"type": "arealight", "position": [0, 0, -2], "u": [2, 0, 0], "v": [0, 1, 0], "intensity": [1, 1, 1]},
-    "disklight": {"type": "disklight", "position": [0, 0, -2], "normal": [0, 0, 1], "radius": 1, "intensity": [1, 1, 1]},
+    "disklight": {"type": "disklight", "position": [0, 0, -2], "normal": [0, 0, 1], "radius": 1,
+                  "intensity": [1, 1, 1]},
 }
 
 

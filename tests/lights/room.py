@@ -24,7 +24,8 @@ class Room:
     """The lights and shapes of a scene."""
 
     def __init__(self, folder, shapes=(), lights=(), **keys):
-        scene = with_lamps(loaded(folder, shapes, lights, rendermode="pathtracer", **{"backgroundcolor": [0, 0, 0]} | keys))
+        keys = {"rendermode": "pathtracer", "backgroundcolor": [0, 0, 0]} | keys
+        scene = with_lamps(loaded(folder, shapes, lights, **keys))
         ordered, geometry = arrange(scene, "auto")
         self.lighting = Lighting.of(scene, ordered, geometry["triangles"])
         self.geometry = Geometry(**geometry)

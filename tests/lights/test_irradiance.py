@@ -43,7 +43,8 @@ def test_disk(tmp_path, radius):
 def test_triangles_make_a_rectangle(tmp_path):
     """Two halves bring what the whole does."""
     corners = [0, 1, 0], [2, 1, 0], [2, 1, 3], [0, 1, 3]
-    halves = [{"type": "triangle", "v0": corners[0], "v1": corners[a], "v2": corners[b], "emission": [*LIGHT]} for a, b in ((1, 2), (2, 3))]
+    halves = [{"type": "triangle", "v0": corners[0], "v1": corners[a], "v2": corners[b], "emission": [*LIGHT]}
+              for a, b in ((1, 2), (2, 3))]  # fmt: skip
     check(Room(tmp_path, halves), [0, 0, 0], [0, 1, 0], math.pi * corner_form_factor(2, 3))
 
 
@@ -58,8 +59,9 @@ def test_sphere(tmp_path, distance, radius):
 
 def test_mesh(tmp_path):
     """A box as a mesh brings what its face that is seen does."""
-    (tmp_path / "box.obj").write_text("".join(f"v {x} {y} {z}\n" for x in (0, 2) for y in (1, 4) for z in (0, 3)) + "".join(
-        f"f {a} {b} {c} {d}\n" for a, b, c, d in ((1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4))))
+    corners = [f"v {x} {y} {z}\n" for x in (0, 2) for y in (1, 4) for z in (0, 3)]
+    faces = ["f 1 2 4 3\n", "f 5 7 8 6\n", "f 1 5 6 2\n", "f 3 4 8 7\n", "f 1 3 7 5\n", "f 2 6 8 4\n"]
+    (tmp_path / "box.obj").write_text("".join(corners + faces))
     shape = {"type": "mesh", "filename": "box.obj", "emission": [*LIGHT]}
     check(Room(tmp_path, [shape]), [0, 0, 0], [0, 1, 0], math.pi * corner_form_factor(2, 3))
 
@@ -70,7 +72,8 @@ def test_points_fall_off_with_the_square(tmp_path):
     assert np.allclose(Room(tmp_path, [], [point]).irradiance([0, 0, 0], [0, 1, 0], 16)[0], LIGHT * 0.8 / 25, rtol=1e-5)
     for angle_deg, factor in ((10, 1), (30, 0.5), (39, 0.05), (41, 0)):
         a = math.radians(angle_deg)
-        spot = point | {"type": "spot", "position": [2 * math.sin(a), 2 * math.cos(a), 0], "direction": [0, -1, 0], "cutoff": 40, "beamwidth": 20}
+        spot = point | {"type": "spot", "position": [2 * math.sin(a), 2 * math.cos(a), 0], "direction": [0, -1, 0],
+                        "cutoff": 40, "beamwidth": 20}  # fmt: skip
         mean = Room(tmp_path, [], [spot]).irradiance([0, 0, 0], [0, 1, 0], 16)[0]
         assert np.allclose(mean, LIGHT * factor * math.cos(a) / 4, rtol=1e-3, atol=1e-5)
 
@@ -79,8 +82,8 @@ def test_beam_as_wide_as_the_cutoff_has_an_edge(tmp_path):
     """Full up to the cutoff, and nothing beyond it."""
     for angle_deg, factor in ((29.9, 1), (30.1, 0)):
         a = math.radians(angle_deg)
-        spot = {"type": "spot", "position": [math.sin(a), math.cos(a), 0], "direction": [0, -1, 0], "intensity": [1, 1, 1],
-                "cutoff": 30, "beamwidth": 30}  # fmt: skip
+        spot = {"type": "spot", "position": [math.sin(a), math.cos(a), 0], "direction": [0, -1, 0],
+                "intensity": [1, 1, 1], "cutoff": 30, "beamwidth": 30}  # fmt: skip
         assert np.allclose(Room(tmp_path, [], [spot]).sample([0, 0, 0], 16).radiance.numpy(), factor, atol=1e-5)
 
 
@@ -88,7 +91,8 @@ def test_directional_light_knows_no_distance(tmp_path):
     """Its intensity is the irradiance of what faces it."""
     light = {"type": "directional", "direction": [1, -1, 0], "intensity": [*LIGHT]}
     for p in ([0, 0, 0], [1e5, -7, 3]):
-        assert np.allclose(Room(tmp_path, [], [light]).irradiance(p, [0, 1, 0], 16)[0], LIGHT * math.sqrt(0.5), rtol=1e-6)
+        mean = Room(tmp_path, [], [light]).irradiance(p, [0, 1, 0], 16)[0]
+        assert np.allclose(mean, LIGHT * math.sqrt(0.5), rtol=1e-6)
 
 
 @pytest.mark.parametrize("size", [(2, 1), (16, 32), (33, 7)])

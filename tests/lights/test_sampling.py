@@ -17,7 +17,8 @@ TRIANGLE = {"type": "triangle", "v0": [2, -1, 1], "v1": [2.5, -1, -1.5], "v2": [
 BALL = {"type": "sphere", "center": [0.2, -1.2, 0.5], "radius": 0.8, "emission": LIGHT}
 FAR_BALL = BALL | {"center": [0, -1.7, 0], "radius": 0.3}
 TOUCHED = BALL | {"center": [0, -0.803, 0]}  # the point is nearly on it
-MESH = {"type": "mesh", "filename": "TORUS", "emission": LIGHT, "transform": [{"scale": 0.9}, {"translate": [0, 0, 2.0]}]}
+MESH = {"type": "mesh", "filename": "the torus", "emission": LIGHT,
+        "transform": [{"scale": 0.9}, {"translate": [0, 0, 2.0]}]}  # fmt: skip
 SHAPES = {
     "rectangle": [RECTANGLE], "disk": [DISK], "triangle": [TRIANGLE], "sphere": [BALL], "far sphere": [FAR_BALL],
     "near sphere": [TOUCHED], "sheets": [RECTANGLE, DISK, TRIANGLE], "all kinds": [RECTANGLE, DISK, TRIANGLE, FAR_BALL],
@@ -174,16 +175,18 @@ def test_what_lies_just_before_a_lamp_hides_it(tmp_path, root):
 
 def lamp(**keys):
     """Return a one-sided lamp above the origin that shines down."""
-    return {"type": "arealight", "position": [0, 1, 0], "u": [1, 0, 0], "v": [0, 0, 1], "intensity": LIGHT, "twosided": False} | keys
+    return {"type": "arealight", "position": [0, 1, 0], "u": [1, 0, 0], "v": [0, 0, 1], "intensity": LIGHT,
+            "twosided": False} | keys  # fmt: skip
 
 
 def test_one_sided_lamps_are_dark_behind(tmp_path):
     """The normal u x v shows where they shine; other lamps shine on both sides."""
-    disk = {"type": "disklight", "position": [0, 1, 0], "normal": [0, -1, 0], "radius": 1, "intensity": LIGHT, "twosided": False}
+    disk = {"type": "disklight", "position": [0, 1, 0], "normal": [0, -1, 0], "radius": 1, "intensity": LIGHT,
+            "twosided": False}  # fmt: skip
     for light in (lamp(), disk):
         for y, expected in ((0, 1), (2, 0)):
             assert (Room(tmp_path, [], [light]).sample([0.2, y, 0.1], 2**12).radiance.numpy()[0] == expected).all()
-            seen, pdf_sa = Room(tmp_path, [], [light]).seen([0.2, y, 0.1], Vector3f(0, 1 - y, 0) + dr.zeros(Vector3f, 1))
+            seen, pdf_sa = Room(tmp_path, [], [light]).seen([0.2, y, 0.1], Vector3f(0, [float(1 - y)], 0))
             assert seen[0] == expected and (pdf_sa > 0) == expected
         room = Room(tmp_path, [], [light | {"twosided": True}])
         assert (room.sample([0.2, 2, 0.1], 2**12).radiance.numpy()[2] == 3).all()
@@ -197,7 +200,7 @@ def test_sides_of_several_lamps_are_their_own(tmp_path):
     below = room.sample([2.5, 0, 0], 2**14).radiance.numpy()[0]
     assert set(np.unique(below)) == {1.0, 7.0}
     for x, y, expected in ((0, 2, 0), (0, 0, 1), (5, 2, 7), (5, 0, 7)):
-        radiance, pdf_sa = room.seen([x, y, 0], Vector3f(0, 1 - y, 0) + dr.zeros(Vector3f, 1))
+        radiance, pdf_sa = room.seen([x, y, 0], Vector3f(0, [float(1 - y)], 0))
         assert radiance[0] == expected and (pdf_sa > 0) == (expected > 0)
 
 

@@ -23,7 +23,8 @@ def estimates(count):
     for k in range(count):
         axis = rng.normal(size=3)
         gate = {2: {"gate": 0.0}, 3: {"gate": 0.9}}.get(k % 4, {})
-        made.append(Estimate(tuple(rng.uniform(-4, 4, 3)), 10 ** rng.uniform(-2, 2), 0.1, tuple(axis / np.linalg.norm(axis)), **gate))
+        axis = tuple(axis / np.linalg.norm(axis))
+        made.append(Estimate(tuple(rng.uniform(-4, 4, 3)), 10 ** rng.uniform(-2, 2), 0.1, axis, **gate))
     made[count // 2] = Estimate(constant=0.3)
     if count > 2:
         made[-1] = Estimate(center=(1.0, 1.0, 1.0), strength=0.0)
@@ -35,6 +36,11 @@ def choice_of(count):
     return FewLights(estimates(count)) if count <= light_choice.FEW else ManyLights(estimates(count), *BOX)
 
 
+def probability_of(choice, light, p, lanes):
+    """Return the probability (lanes,) with which points choose a light."""
+    return (choice.probability(p, Light({light: Bool(True)})) + dr.zeros(Float, lanes)).numpy()
+
+
 @pytest.mark.parametrize("count", [2, 3, 8, 9, 60])
 def test_probabilities_add_up_to_one(count):
     """At points in the box and outside of it."""
@@ -43,8 +49,7 @@ def test_probabilities_add_up_to_one(count):
     p = Vector3f(*(Float(rng.normal(size=64).astype(np.float32) * 4) for _ in range(3)))
     total = np.zeros(64)
     for k in range(count):
-        light = Light({k: Bool(True)})
-        probability = (choice.probability(p, light) + dr.zeros(Float, 64)).numpy()
+        probability = probability_of(choice, k, p, 64)
         assert (probability >= 0).all()
         total += probability
     assert np.allclose(total, 1, atol=1e-5)
@@ -60,7 +65,7 @@ def test_lights_are_chosen_as_often_as_is_told(count):
     chosen = choice.choose(p, u, v)
     number = chosen.number if count > light_choice.FEW else Light(dict(enumerate([Bool(True), *chosen.masks]))).number
     number = (number + dr.zeros(UInt32, lanes)).numpy()
-    expected = np.array([(choice.probability(p, Light({k: Bool(True)})) + dr.zeros(Float, lanes)).numpy()[0] for k in range(count)]).astype(float)
+    expected = np.array([probability_of(choice, k, p, lanes)[0] for k in range(count)], float)
     assert np.allclose(chosen.probability.numpy(), expected[number], rtol=1e-4)
     seen = np.bincount(number, minlength=count)
     assert (seen[expected == 0] == 0).all()
@@ -85,7 +90,8 @@ def test_near_lights_are_preferred():
 
 def test_lights_that_shine_away_are_left_to_chance():
     """Behind a one-sided lamp its share is only that which follows power alone, far as well as near."""
-    lamps = [Estimate((0.0, 0.0, float(z)), 1.0, 0.01, (0.0, 0.0, sign), 0.0) for z in (-3, 3) for sign in (-1, 1) for _ in range(5)]
+    lamps = [Estimate((0.0, 0.0, z), 1.0, 0.01, (0.0, 0.0, sign), 0.0)
+             for z in (-3.0, 3.0) for sign in (-1.0, 1.0) for _ in range(5)]  # fmt: skip
     choice = ManyLights(lamps, *BOX)
     behind = [k for k, lamp in enumerate(lamps) if lamp.axis[2] * (0 - lamp.center[2]) < 0]
     p = points([0, 0, 0], len(lamps))
@@ -93,7 +99,10 @@ def test_lights_that_shine_away_are_left_to_chance():
     assert np.allclose(own[behind], light_choice.BY_POWER / len(lamps)) and own.sum() == pytest.approx(1)
 
 
-@pytest.mark.parametrize("weights", [[1.0], [1, 0], [0, 0, 5], [1, 2, 3, 4], [1e-30, 1, 1e30], [0.1] * 10, [3, *[0] * 30, 1]])
+WEIGHTS = [[1.0], [1, 0], [0, 0, 5], [1, 2, 3, 4], [0.1] * 10, [3, *[0] * 30, 1]]
+
+
+@pytest.mark.parametrize("weights", [*WEIGHTS, [1e-30, 1, 1e30]])
 def test_alias_tables_hold_their_weights(weights):
     """The shares of each thing over all places are its weight, exactly but for rounding, and 0 for 0."""
     rows = np.array([weights, weights[::-1]], float)
@@ -106,7 +115,7 @@ def test_alias_tables_hold_their_weights(weights):
         assert np.allclose(own, expected, atol=1e-12) and (own[expected == 0] == 0).all()
 
 
-@pytest.mark.parametrize("weights", [[1.0], [1, 0], [0, 0, 5], [1, 2, 3, 4], [0.1] * 10, [3, *[0] * 30, 1], [0, 0, 0], range(300)])
+@pytest.mark.parametrize("weights", [*WEIGHTS, [0, 0, 0], range(300)])
 def test_inverse_tables_choose_in_order(weights):
     """As a search among the sums of weights does, at their edges too; what is left is the place between the sums."""
     weights = np.array([weights, [*weights][::-1]], float)
@@ -114,7 +123,8 @@ def test_inverse_tables_choose_in_order(weights):
     own = weights[row] if weights.any() else np.ones(weights.shape[1])
     sums = np.concatenate([[0], np.cumsum(own)]) / own.sum()
     sums = sums.astype(np.float32)
-    u = np.concatenate([np.linspace(0, 1, 4001, dtype=np.float32)[:-1], sums[sums < 1], np.nextafter(sums[1:], np.float32(0)), [1 - 2.0**-24]])
+    grid, below = np.linspace(0, 1, 4001, dtype=np.float32)[:-1], np.nextafter(sums[1:], np.float32(0))
+    u = np.concatenate([grid, sums[sums < 1], below, [1 - 2.0**-24]])
     found, left = tables.choose(Float(u.astype(np.float32)), UInt32(row))
     found, left = found.numpy(), left.numpy()
     assert (found == np.searchsorted(sums[:-1], u, side="right") - 1).all()
@@ -124,7 +134,8 @@ def test_inverse_tables_choose_in_order(weights):
 
 BLACK = [0.0, 0.0, 0.0]
 RECTANGLE = {"type": "rectangle", "center": [0, 1, 0], "u": [1, 0, 0], "v": [0, 0, 1]}
-CHANCE = [{"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]}, {"type": "cylinder", "center": [0, 0, 0], "axis": [0, 1, 0], "radius": 1, "height": 1},
+CHANCE = [{"type": "box", "min": [0, 0, 0], "max": [1, 1, 1]},
+          {"type": "cylinder", "center": [0, 0, 0], "axis": [0, 1, 0], "radius": 1, "height": 1},
           {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]},
           {"type": "convex", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]}]  # fmt: skip
 
@@ -191,7 +202,8 @@ def test_one_code_or_the_other_finds_the_same_emitters(tmp_path, monkeypatch):
 def test_kernels_do_not_grow_with_the_number_of_lights(tmp_path):
     """Twice as many shining triangles need the same operations."""
     def operations(count):
-        shapes = [{"type": "triangle", "v0": [k, 0, 0], "v1": [k + 1, 0, 0], "v2": [k, 1, 0], "emission": [1, 1, 1]} for k in range(count)]
+        shapes = [{"type": "triangle", "v0": [k, 0, 0], "v1": [k + 1, 0, 0], "v2": [k, 1, 0], "emission": [1, 1, 1]}
+                  for k in range(count)]  # fmt: skip
         room = Room(tmp_path, shapes)
         with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
             dr.kernel_history_clear()
