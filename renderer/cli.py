@@ -130,7 +130,8 @@ def _lost(rendering, options):
     count, examples = rendering.lost.count, rendering.lost.examples
     yield f"warning: {_samples(count)} of the picture {'was' if count == 1 else 'were'} NaN or infinite, and left out"
     for kind, column, row, sample in examples:
-        command = ["python -m renderer", options.scene, f"--pixel {column},{row} --sample {sample} --seed {options.seed}"]
+        command = ["python -m renderer", options.scene, f"--pixel {column},{row}"]
+        command += [f"--sample {sample} --seed {options.seed}"]
         command += [f"--mode {options.mode}"] if options.mode else []
         command += ["--size {}x{}".format(*options.size)] if options.size else []
         command += [f"--samples {options.samples}"] if options.samples else []

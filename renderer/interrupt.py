@@ -54,7 +54,8 @@ class Interrupt:
 def prompt_interrupt():
     """While the block runs, Ctrl-C ends the process within GRACE seconds with the status EXIT_INTERRUPTED.
 
-    Yields the Interrupt that a render asks after its passes. Does nothing outside the main thread, where Python does not deliver signals, and where Ctrl-C is ignored.
+    Yields the Interrupt that a render asks after its passes. Does nothing outside the main thread, where Python does
+    not deliver signals, and where Ctrl-C is ignored.
     """
     in_main = threading.current_thread() is threading.main_thread()
     if not in_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:

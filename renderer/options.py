@@ -50,14 +50,14 @@ def build_parser():
     add("--bounces", type=_integer(0, schema.MAX_BOUNCES), metavar="N", help="most reflections and refractions")
     add("--time", type=_positive, metavar="S", help="stop after S seconds of rendering")
     add("--error", type=_positive, metavar="E",
-        help="stop at an estimated relative error of E; with --time or --error, --samples is the most there may be, and "
-        "the scene's own number does not count")
+        help="stop at an estimated relative error of E; with --time or --error, --samples is the most there may be, "
+        "and the scene's own number does not count")
     add("--seed", type=_integer(0, MAX_SEED), default=0, metavar="N", help="seed of the random numbers (default 0)")
     add("--strict", action="store_true", help="treat warnings about the scene file as mistakes")
 
     add("--pixel", type=_pixel, metavar="X,Y",
-        help="render one sample of one pixel (column and row from the top left corner, from 0), print its radiance, and "
-        "write nothing")
+        help="render one sample of one pixel (column and row from the top left corner, from 0), print its radiance, "
+        "and write nothing")
     add("--sample", type=_integer(0, schema.MAX_SAMPLES - 1), metavar="N", help="which one with --pixel (default 0)")
 
     add = parser.add_argument_group("where the picture goes").add_argument

@@ -46,7 +46,8 @@ class Film:
     @staticmethod
     def empty(pixels, single=False, signed=False, variance=False):
         """Return a film without samples; a `single` one takes one sample a pixel."""
-        film = Film(dr.zeros(Vector3f, pixels), None if single else dr.zeros(Vector3f, pixels), dr.zeros(UInt32, pixels))
+        rest = None if single else dr.zeros(Vector3f, pixels)
+        film = Film(dr.zeros(Vector3f, pixels), rest, dr.zeros(UInt32, pixels))
         if signed:
             film.signs = dr.zeros(Float, pixels)
         if variance:
@@ -96,7 +97,7 @@ class Film:
         return self.total / dr.select(count == 0, 1, count)
 
     def variance(self, samples):
-        """Return the variance of each pixel's mean luminance as independent samples would have it; 0 for less than 2."""
+        """Return the variance of each pixel's mean luminance, were its samples independent; 0 for less than 2."""
         count = Float64(self.count(samples))
         summed = luminance([Float64(total) - Float64(rest) for total, rest in zip(self.total, self.rest)])
         squares = Float64(self.squares) - Float64(self.squares_rest)

@@ -46,7 +46,8 @@ class Until:
         if self.seconds is not None:
             shares.append(seconds / self.seconds)
         if self.error is not None and error is not None:
-            shares.append(min(1.0, (self.error / error) ** 2) if error > 0 else 1.0)  # the square falls with the samples
+            # the error's square falls with the number of samples
+            shares.append(min(1.0, (self.error / error) ** 2) if error > 0 else 1.0)
         return min(1.0, max(shares)), 1.0
 
 
@@ -137,7 +138,8 @@ def refine(view, until, *, variance=False, progress=None, interrupted=None):
             if number == len(parts) and until.error is not None and goal >= LEAST_FOR_ERROR:
                 error, estimated = relative_error([part.film for part in parts], goal), goal
             if progress:
-                progress(*until.progress(done, now - start, None if error is None else error * (estimated / done) ** 0.5))
+                about = None if error is None else error * (estimated / done) ** 0.5
+                progress(*until.progress(done, now - start, about))
             out_of_time = until.seconds is not None and now - start >= until.seconds
             if interrupted is not None and interrupted() or out_of_time and parts[-1].done > 0:
                 return Exposure.of(parts)
@@ -158,7 +160,7 @@ def _parts(view, until, variance):
 
 
 def _step(until, done, error, seconds, parts, elapsed):
-    """Return the samples a pixel of the next round, 0 for none; the last took `seconds` a sample, each over all parts."""
+    """Return the samples a pixel of the next round, 0 for none; the last took `seconds` a sample, over all parts."""
     seconds = max(seconds, 1e-9)
     step = max(LEAST_IN_PASS, int(PASS_SECONDS * parts / seconds))
     if error is not None:
