@@ -9,7 +9,7 @@ from renderer.core.backend import UInt32
 from renderer.engine import passes
 from renderer.engine import render as engine
 from renderer.engine.loop import pixel_corner
-from renderer.engine.render import render
+from renderer.engine.render import render, replay
 from renderer.scene.loader import override
 from tests.support.scenes import MATT, SHAPES, loaded, point_light
 
@@ -164,3 +164,15 @@ def test_timings_and_rate_are_told(tmp_path):
     picture = render(mixed(tmp_path, samples=2))
     assert min(picture.timings.build, picture.timings.compile, picture.timings.render) >= 0
     assert picture.samples_per_second == pytest.approx(16 * 12 * 2 / picture.timings.render)
+
+
+@pytest.mark.parametrize("name", ["gaussian", "box"])
+@pytest.mark.parametrize("mode", ["phong", "pathtracer"])
+def test_repeated_samples_are_those_of_the_picture(tmp_path, mode, name):
+    """One by one, through lens and filter, they have the pixel's mean; path tracing in a scene where rays miss too."""
+    lens = {"type": "thinlens", "apertureRadius": 0.1}
+    scene = mixed(tmp_path, rendermode=mode, samples=8, filter=name, nbounces=3, camera=lens)
+    picture = np.stack([render(scene, seed=5).channels()[c] for c in "RGB"])
+    for column, row in ((8, 6), (3, 9), (15, 0)):
+        samples = [replay(scene, (column, row), sample, seed=5) for sample in range(8)]
+        assert np.mean(samples, axis=0) == pytest.approx(picture[:, row, column], rel=1e-4)
