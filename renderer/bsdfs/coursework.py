@@ -1,4 +1,4 @@
-"""The coursework's material made physical: a Lambertian base, a normalised Blinn-Phong lobe, and a share of mirror or glass.
+"""The coursework's material made physical: Lambertian base, normalised Blinn-Phong lobe, a share of mirror or glass.
 
 f = (1 - rho) (kd Cd / pi + ks Cs N (n.h)^e) + rho times mirror, blurred mirror (GGX, F = 1) or smooth glass, with
 N = (e + 2) (e + 4) / (8 pi (2^(-e/2) + e)): the lobe's albedo is 1 at normal incidence and falls with the angle.
@@ -20,7 +20,7 @@ from renderer.core.fresnel import dielectric
 from renderer.core.numeric import TINY, away_from_zero, greater
 
 # Diffuse colour; its factor kd (1 - rho) / pi; colour of the lobe with all its factors; exponents; rho; rho and the
-# probability of the lobe; factor of the diffuse density; of the lobe's; index and inverse; 1 for glass; of mirrors: alpha
+# probability of the lobe; factors of the densities of base and lobe; index and inverse; 1 for glass; alpha of mirrors
 COLOUR, KD, LOBE, EXPONENT, INVERSE_EXPONENT, RHO, RHO_OR_LOBE, DIFFUSE_PDF, LOBE_PDF = 0, 3, 4, 7, 8, 9, 10, 11, 12
 ETA, INVERSE_ETA, IS_GLASS, ALPHA, KD_MADE, KS_MADE = 13, 14, 15, 16, 17, 18  # the last two: energy made if above 1
 DIFFUSE, HIGHLIGHT, MIRROR, BLURRED, GLASS = "diffuse", "highlight", "mirror", "blurred", "glass"  # features
@@ -70,6 +70,11 @@ def smooth(material):
 def sample(p, wi, u, u2, has):
     """Return a direction of one of the parts; the density is that of all parts that are not delta."""
     turned = _turned(wi, wi)
+    if not {DIFFUSE, HIGHLIGHT, BLURRED}.intersection(has):
+        ideal = _delta(p, wi, u, has)
+        ideal.delta = (turned.z > 0) & (u < p[RHO])
+        ideal.weight = dr.select(ideal.delta, ideal.weight, 0)
+        return ideal
     wo, lobe = _not_delta(p, turned, u, u2, has)
     delta = Bool(False)
     value, pdf_sa = _evaluate(p, turned, wo, lobe, has)

@@ -15,8 +15,8 @@ from renderer.core.fresnel import dielectric, diffuse_reflectance
 from renderer.core.numeric import greater
 from renderer.core.warp import square_to_cosine_hemisphere
 
-# SCALE: 1 / (pi eta^2 (1 - F_in)); weight of the coat in picking it, what is left for the base; inverse of the former, and
-# SCALE pi over the latter
+# SCALE: 1 / (pi eta^2 (1 - F_in)); weight of the coat in picking it, what is left for the base; inverse of the former,
+# and SCALE pi over the latter
 REFLECTANCE, ETA, SCALE, COAT, BASE, COAT_WEIGHT, BASE_WEIGHT = 0, 3, 4, 5, 6, 7, 8
 TEXTURE_MEAN = 0.5  # what a texture counts in picking; only the noise depends on it
 LEAST_MEAN = 1e-3  # what black counts, so that some part can be picked at any index
@@ -43,7 +43,8 @@ def sample(p, wi, u, u2, has):
     pdf_sa = base / total * wo.z * (1 / math.pi)
     wo = dr.select(mirrored, Vector3f(-wi.x, -wi.y, wi.z), wo)
     valid = (wi.z > 0) & (wo.z > 0)
-    return BsdfSample(wo, dr.select(valid, weight, 0), dr.select(valid & ~mirrored, pdf_sa, 0), valid & mirrored, Float(1))
+    weight, pdf_sa = dr.select(valid, weight, 0), dr.select(valid & ~mirrored, pdf_sa, 0)
+    return BsdfSample(wo, weight, pdf_sa, valid & mirrored, Float(1))
 
 
 def evaluate(p, wi, wo, has):

@@ -1,9 +1,9 @@
 """The artists' material of [Burley2012], with the dielectric Fresnel factor of [Burley2015], without transmission.
 
-A GGX highlight whose Fresnel factor blends dielectric, tinted dielectric and metal; a base with retro-reflection; sheen;
-and a clear coat (GTR1). All as Mitsuba has them: masking is separable, and sheen and coat are scaled as there.
+A GGX highlight whose Fresnel factor blends dielectric, tinted dielectric and metal; a base with retro-reflection;
+sheen; and a clear coat (GTR1). All as Mitsuba has them: masking is separable, and sheen and coat are scaled as there.
 Lobes are picked by the weights 1 (highlight), 1 - metallic (base) and clearcoat / 4, with what wi sees of the
-highlight's normals. One deviation: where `specular` is 0, metals and tints still shine (Mitsuba turns the highlight off).
+highlight's normals. One deviation: where `specular` is 0, metals and tints still shine (Mitsuba turns them off).
 """
 
 import math
@@ -66,7 +66,8 @@ def sample(p, wi, u, u2, has):
     wo = dr.select(u < diffuse, base, microfacet.reflect(wi, h))
     value, pdf_sa = evaluate(p, wi, wo, has)
     valid = pdf_sa > 0
-    return BsdfSample(wo, dr.select(valid, value * dr.rcp(dr.select(valid, pdf_sa, 1)), 0), pdf_sa, Bool(False), Float(1))
+    weight = dr.select(valid, value * dr.rcp(dr.select(valid, pdf_sa, 1)), 0)
+    return BsdfSample(wo, weight, pdf_sa, Bool(False), Float(1))
 
 
 def evaluate(p, wi, wo, has):
@@ -126,7 +127,8 @@ def _highlight(p, has):
     if ANISOTROPIC not in has:
         alpha = greater(alpha, Float(ALPHA_LEAST))
         return microfacet.Ggx(alpha, alpha)
-    return microfacet.Ggx(greater(alpha / p[ASPECT], Float(ALPHA_LEAST)), greater(alpha * p[ASPECT], Float(ALPHA_LEAST)))
+    aspect, least = p[ASPECT], Float(ALPHA_LEAST)
+    return microfacet.Ggx(greater(alpha / aspect, least), greater(alpha * aspect, least))
 
 
 def _fresnel(p, cos_d, schlick_d, has):

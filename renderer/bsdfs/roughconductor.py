@@ -19,7 +19,8 @@ def pack(bsdf, outside):
     """Return the factor, black where a texture gives it, the terms of the index, and the distribution."""
     factor = [*bsdf.reflectance] if isinstance(bsdf.reflectance, tuple) else [0.0, 0.0, 0.0]
     terms = [conductor_terms(eta / outside, k / outside) for eta, k in zip(bsdf.eta, bsdf.k)]
-    return [*factor, *(difference for difference, _ in terms), *(product for _, product in terms), *microfacet.pack(bsdf)]
+    differences, products = zip(*terms)
+    return [*factor, *differences, *products, *microfacet.pack(bsdf)]
 
 
 def sample(p, wi, u, u2, has):

@@ -12,7 +12,7 @@ def reflect(d, n, cos_i):
 
 
 def dielectric(cos_i, eta):
-    """Return (F, cos_t): unpolarised Fresnel reflectance and the cosine of the refracted ray; F = 1 at total reflection.
+    """Return (F, cos_t): unpolarised Fresnel reflectance, 1 at total reflection, and the cosine of the refracted ray.
 
     `eta` is the index behind the surface over the one in front of it, cos_i >= 0 lies in front. In terms of
     g = eta cos_t, because g = cos_i exactly at eta = 1, which 1 - sin^2 is not at grazing angles.

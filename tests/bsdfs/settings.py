@@ -77,7 +77,8 @@ def glass(ior):
 def diffuse():
     """Yield settings of `diffuse`."""
     yield Setting("diffuse", keys.Diffuse(reflectance=GREEN), {"type": "diffuse", "reflectance": rgb(GREEN)})
-    yield Setting("diffuse-white", keys.Diffuse(reflectance=WHITE), {"type": "diffuse", "reflectance": rgb(WHITE)}, True)
+    white = {"type": "diffuse", "reflectance": rgb(WHITE)}
+    yield Setting("diffuse-white", keys.Diffuse(reflectance=WHITE), white, True)
 
 
 def mirrors():
@@ -139,10 +140,13 @@ def plastics():
 
 
 PRINCIPLED = {
-    "plain": {}, "rough": {"roughness": 1.0}, "narrow": {"roughness": 0.1}, "mirror-like": {"roughness": 0.0, "metallic": 1.0},
+    "plain": {}, "rough": {"roughness": 1.0}, "narrow": {"roughness": 0.1},
+    "mirror-like": {"roughness": 0.0, "metallic": 1.0},
     "metal": {"metallic": 1.0, "roughness": 0.4}, "half-metal": {"metallic": 0.5}, "tinted": {"speculartint": 0.7},
-    "dull": {"specular": 0.0}, "shiny": {"specular": 1.0}, "sheen": {"sheen": 0.8}, "sheen-tint": {"sheen": 1.0, "sheentint": 0.6},
-    "brushed": {"anisotropic": 0.8, "roughness": 0.4, "metallic": 0.7}, "coated": {"clearcoat": 1.0, "clearcoatgloss": 0.2},
+    "dull": {"specular": 0.0}, "shiny": {"specular": 1.0}, "sheen": {"sheen": 0.8},
+    "sheen-tint": {"sheen": 1.0, "sheentint": 0.6},
+    "brushed": {"anisotropic": 0.8, "roughness": 0.4, "metallic": 0.7},
+    "coated": {"clearcoat": 1.0, "clearcoatgloss": 0.2},
     "glossy-coat": {"clearcoat": 0.5, "clearcoatgloss": 0.9, "roughness": 0.8},
     "all": {"metallic": 0.3, "roughness": 0.35, "speculartint": 0.5, "anisotropic": 0.5, "sheen": 0.5, "sheentint": 0.5,
             "clearcoat": 0.7, "clearcoatgloss": 0.0, "specular": 0.8},
@@ -154,16 +158,19 @@ def principled():
     """Yield settings of `principled`."""
     for name, given in PRINCIPLED.items():
         record = keys.Principled(basecolor=GREEN, **given)
-        theirs = {PLUGIN_KEYS.get(key, key): getattr(record, key) for key in record.keys if key not in ("type", "basecolor")}
+        theirs = {PLUGIN_KEYS.get(key, key): getattr(record, key) for key in record.keys if key != "type"}
+        del theirs["basecolor"]
         yield Setting(f"principled-{name}", record, {"type": "principled", "base_color": rgb(GREEN), **theirs})
 
 
 def plugin(material):
     """Return the converters' plugin of a coursework material, with the nested one of its share."""
-    made = {"type": "coursework", "diffusecolor": rgb(material.diffusecolor), "specularcolor": rgb(material.specularcolor),
-            "kd": material.kd, "ks": material.ks, "exponent": material.specularexponent, "share": 0.0}  # fmt: skip
+    made = {"type": "coursework", "diffusecolor": rgb(material.diffusecolor),
+            "specularcolor": rgb(material.specularcolor), "kd": material.kd, "ks": material.ks,
+            "exponent": material.specularexponent, "share": 0.0}  # fmt: skip
     if material.isrefractive:
-        return made | {"share": material.reflectivity, "other": {"type": "dielectric", **glass(material.refractiveindex)}}
+        other = {"type": "dielectric", **glass(material.refractiveindex)}
+        return made | {"share": material.reflectivity, "other": other}
     if material.isreflective and material.reflectivity > 0:
         mirror = {"type": "conductor", "material": "none"}
         if material.roughness > 0:

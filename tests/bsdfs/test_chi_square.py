@@ -9,8 +9,8 @@ from tests.bsdfs.settings import SMOOTH, Setting, each
 mi = pytest.importorskip("mitsuba")
 
 SIGNIFICANCE = 0.01  # of all tests together
-# Cells of the histogram along z, odd so that no sample is rounded over an edge at the horizon; nodes of the quadrature in
-# a cell: narrow lobes, and the cells that the horizon cuts, take many.
+# Cells of the histogram along z, odd so that no sample is rounded over an edge at the horizon; nodes of the quadrature
+# in a cell: narrow lobes, and the cells that the horizon cuts, take many.
 CELLS, NODES, FINE = 101, 64, 256
 RESOLVED = [setting for setting in SMOOTH if setting.width >= 0.05 and setting.name != "roughdielectric-1.0"]
 INCIDENCES = {"upright": (0.0, 0.0, 1.0), "tilted": (0.48, -0.64, 0.6), "grazing": (-0.6, 0.7806, 0.1749)}

@@ -94,7 +94,7 @@ def test_density_integrates_to_what_is_sampled(setting, cos):
 @each(SETTINGS)
 @pytest.mark.parametrize("cos", INCIDENCES)
 def test_no_energy_is_made(setting, cos):
-    """The albedo is at most 1; of lossless settings it is 1. What is refracted counts without the change of radiance."""
+    """The albedo is at most 1, of lossless settings it is 1; refraction counts without the change of radiance."""
     most = MADE_BY_PRINCIPLED if "principled" in setting.name else 1
     _, weight, _, _, eta = sampled(setting, incident(cos), *numbers(COUNT, 4))
     energy = weight * (eta**2)[:, None]
@@ -139,9 +139,9 @@ def test_degenerate_input_is_harmless(setting):
     for part in evaluated(setting, Vector3f(*w[i].T), Vector3f(*w[j].T)):
         assert np.isfinite(part).all() and (part >= 0).all()
     u = np.array(NUMBERS, np.float32)
-    i, a, b, c = (part.ravel() for part in np.meshgrid(np.arange(len(w)), u, u, u, indexing="ij"))
+    i, a, b, c = (part.ravel().astype(np.float32) for part in np.meshgrid(np.arange(len(w)), u, u, u, indexing="ij"))
     wi = Vector3f(*w[i.astype(int)].T)
-    wo, weight, pdf, delta, eta = sampled(setting, wi, Float(a.astype(np.float32)), Vector2f(b.astype(np.float32), c.astype(np.float32)))
+    wo, weight, pdf, delta, eta = sampled(setting, wi, Float(a), Vector2f(b, c))
     for part in (wo, weight, pdf, eta):
         assert np.isfinite(part).all()
     assert (weight >= 0).all() and (pdf >= 0).all() and (weight < 10).all()

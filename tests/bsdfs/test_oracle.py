@@ -14,7 +14,7 @@ pytestmark = pytest.mark.oracle
 
 COUNT = 100_000
 KNOWN = [setting for setting in SETTINGS if setting.mitsuba is not None]
-# Both round differences of directions, near critical angles and against narrow lobes, by which few pairs are further off.
+# Both round differences of directions, near critical angles and against narrow lobes: few pairs are further off.
 RTOL, SHARE = 2e-4, 0.997
 
 
@@ -89,7 +89,8 @@ def test_samples_have_the_same_mean(setting, cos):
     found = setting.sample(Vector3f(*np.ascontiguousarray(w.T.astype(np.float32))), u, u2)
     ours = moments(array(found.weight, COUNT), array(found.wo, COUNT), array(found.eta, COUNT))
     u, u2 = numbers(COUNT, 25)
-    bs, weight = two_sided(setting).sample(mi.BSDFContext(), interaction(w), mi.Float(u.numpy()), mi.Point2f(u2.numpy()))
+    u, u2 = mi.Float(u.numpy()), mi.Point2f(u2.numpy())
+    bs, weight = two_sided(setting).sample(mi.BSDFContext(), interaction(w), u, u2)
     theirs = moments(*(np.broadcast_to(np.asarray(part.numpy(), float).T, shape) for part, shape in
                        ((weight, (COUNT, 3)), (bs.wo, (COUNT, 3)), (bs.eta, (COUNT,)))))  # fmt: skip
     error = np.sqrt((ours[1] + theirs[1]) / COUNT)

@@ -55,7 +55,9 @@ def test_wrong_density_is_rejected():
         contract.test_density_integrates_to_what_is_sampled(found, 0.9)
 
 
-@pytest.mark.parametrize("name, factor", [("mirror", 1.01), ("mirror", 0.99), ("dielectric-1.5", 0.99), ("diffuse-white", 1.02)])
+@pytest.mark.parametrize("name, factor", [
+    ("mirror", 1.01), ("mirror", 0.99), ("dielectric-1.5", 0.99), ("diffuse-white", 1.02),
+])
 def test_energy_is_watched(name, factor):
     """Light made, and light lost by what is lossless."""
     with pytest.raises(AssertionError):
@@ -72,7 +74,9 @@ def test_change_of_radiance_is_watched():
 
 def test_asymmetry_is_rejected():
     """A value that favours one of the two directions by 1 %."""
-    found = wrong("coursework-matt-and-lobe", evaluate=lambda value, pdf_sa, wi, wo: (value * (1 + 0.01 * wi.z), pdf_sa))
+    def favour(value, pdf_sa, wi, wo):
+        return value * (1 + 0.01 * wi.z), pdf_sa
+    found = wrong("coursework-matt-and-lobe", evaluate=favour)
     with pytest.raises(AssertionError):
         contract.test_reciprocity(found)
 

@@ -72,7 +72,9 @@ def test_bright_texels_are_limited():
         np.testing.assert_allclose(value, array(setting.evaluate(wi, wo)[0], COUNT), rtol=2e-4, atol=1e-6)
 
 
-@pytest.mark.parametrize("kind, key", [("RoughConductor", "alpha"), ("RoughDielectric", "alpha"), ("Principled", "roughness")])
+@pytest.mark.parametrize("kind, key", [
+    ("RoughConductor", "alpha"), ("RoughDielectric", "alpha"), ("Principled", "roughness"),
+])
 def test_black_roughness_is_narrow_but_not_smooth(kind, key):
     """A texel of roughness 0 gives the narrowest lobe that there is, with finite numbers."""
     from renderer.scene import materials as keys

@@ -41,7 +41,8 @@ def test_frame_of_a_normal_is_orthonormal():
 
 def tangents(n, seed):
     """Return vectors of any length that are not along n."""
-    v = np.random.default_rng(seed).normal(size=n.shape) * 10.0 ** np.random.default_rng(seed + 1).uniform(-6, 6, n.shape[1])
+    rng = np.random.default_rng(seed)
+    v = rng.normal(size=n.shape) * 10.0 ** rng.uniform(-6, 6, n.shape[1])
     angle = abs((v * n).sum(0)) / np.linalg.norm(v, axis=0)
     v[:, angle > 0.99] = np.roll(n, 1, axis=0)[:, angle > 0.99]
     return v.astype(np.float32)
