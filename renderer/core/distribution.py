@@ -66,16 +66,14 @@ class InverseTables:
     @classmethod
     def of(cls, weights):
         """Return the tables of (R, N) weights, none negative; rows that are all zero count for even ones."""
-        weights = np.asarray(weights, np.float64)
         rows, count = weights.shape
         bits = (count - 1).bit_length()
-        sums = np.zeros((rows, count + 1))
-        np.cumsum(weights, axis=1, out=sums[:, 1:])
-        sums[sums[:, -1] == 0] = np.arange(count + 1)
-        sums = (sums / sums[:, -1:]).astype(np.float32)
-        bounds = np.empty((rows, 2**bits + 1), np.uint32)
+        sums, bounds = np.empty((rows, count + 1), np.float32), np.empty((rows, 2**bits + 1), np.uint32)
         marks = np.arange(2**bits + 1, dtype=np.float32) / np.float32(2**bits)
-        for own, found in zip(sums, bounds):
+        exact = np.zeros(count + 1)  # of one row at a time, because images are large
+        for row, own, found in zip(weights, sums, bounds):
+            np.cumsum(row, dtype=np.float64, out=exact[1:])
+            own[:] = exact / exact[-1] if exact[-1] > 0 else np.linspace(0, 1, count + 1)
             found[:] = np.searchsorted(own[:-1], marks, side="right") - 1
         stride = dr.opaque(UInt32, count + 1)
         return cls(from_host(Float, sums.ravel()), from_host(UInt32, bounds.ravel()), stride, bits)

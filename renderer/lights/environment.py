@@ -40,10 +40,10 @@ class Environment:
             pixels = np.repeat(pixels, 2, axis=0)
         height, width = pixels.shape[:2]
         theta = math.pi / (height - 1) * np.clip(np.arange(height), POLE, height - 1 - POLE)
-        weight = (pixels @ np.asarray(LUMINANCE)) * np.sin(theta)[:, None]
+        weight = (pixels @ np.asarray(LUMINANCE, np.float32)) * np.sin(theta).astype(np.float32)[:, None]
         weight = np.concatenate([weight, weight[:, :1]], axis=1)  # the first column again, to the right of the last
         patches = 0.25 * (weight[:-1, :-1] + weight[1:, :-1] + weight[:-1, 1:] + weight[1:, 1:])
-        total = patches.sum()
+        total = float(patches.sum(dtype=np.float64))
         self.mean = total * math.pi / (2 * (height - 1) * width)  # luminance over all directions
         self.shines = total > 0
         texels = np.empty((height, width + 1, WORDS), np.float32)
@@ -51,7 +51,8 @@ class Environment:
         texels[..., 3] = weight * (width * (height - 1) / (total * TURN * math.pi) if self.shines else 0)
         self._texels = from_host(Float, texels.ravel())
         if self.shines and sampled:
-            self._rows, self._columns = InverseTables.of(patches.sum(axis=1)[None]), InverseTables.of(patches)
+            self._rows = InverseTables.of(patches.sum(axis=1, dtype=np.float64)[None])
+            self._columns = InverseTables.of(patches)
         self._size = [dr.opaque(UInt32, value) for value in (width, height)]
         self._turns = dr.opaque(Float, rotation_deg / 360)
 
