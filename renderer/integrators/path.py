@@ -4,8 +4,11 @@ At every surface one direction is drawn from a light and one from the BSDF; ligh
 the power heuristic [Veach1997, sec. 9.2]. The next segment follows the BSDF's direction. From the fourth bounce on, a
 path ends at random with the probability of what it has lost [Arvo1990], unless the scene forbids it.
 
+Where the scene has lamps and mirrors of simple forms, a third direction is drawn: over a mirror to a lamp
+(scene/mirrors.py). It competes with paths that find the lamp in the mirror.
+
 Numbers: three pairs a vertex: choice of light and of lobe, point on the light, direction from the BSDF; the roulette
-takes a fourth dimension.
+takes a fourth dimension, light over mirrors two more pairs.
 
 Two drivers share the vertex. Where all shapes are tested one after the other, a step is a whole vertex with its
 shadow ray. Where rays go through a hierarchy, their ways differ in length: there a step is a few records of the way of
@@ -21,18 +24,27 @@ import drjit as dr
 from renderer.accel.bvh import Bvh, Walk
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
 from renderer.core.numeric import FAR, TINY, greater, lesser
-from renderer.core.records import NO_SHAPE, Hit, Ray
+from renderer.core.records import NO_SHAPE, Hit, Ray, Surface
 from renderer.integrators.base import register
 from renderer.integrators.mis import power_heuristic
 from renderer.samplers.base import PATH
 from renderer.scene.geometry import SHADOW_END, leave
+from renderer.scene.mirrors import Reflection, Spread
 from renderer.scene.schema import PATHTRACER
 
-DIMENSIONS = 4  # of a vertex
-CHOICES, ON_LIGHT, DIRECTION, ROULETTE = range(DIMENSIONS)
+DIMENSIONS = 6  # of a vertex
+CHOICES, ON_LIGHT, DIRECTION, ROULETTE, MIRROR, ON_LAMP = range(DIMENSIONS)
 ROULETTE_DEPTH = 4  # bounces before it
 MOST_SURVIVAL = 0.95  # so that no path goes on for ever
 STEPS = 5  # through the hierarchy between shadings
+
+
+@dataclass
+class Mirrored:
+    """A segment that leaves a mirror, which a path went to from a surface that is none."""
+
+    pdf_sa: Float  # of the direction to the mirror, by the BSDF there; 0 for segments that are none of these
+    spread: Spread
 
 
 @dataclass
@@ -47,6 +59,7 @@ class Path:
     pdf_sa: Float  # of the segment's direction, by its BSDF; 0 where it was the only one possible
     eta: Float  # index of refraction here over that at the camera: radiance in glass is seen scaled by its square
     depth: UInt32  # bounces so far
+    mirrored: Mirrored | None = None  # None in scenes without lamps in mirrors
 
     @property
     def ray(self):
@@ -64,6 +77,9 @@ class Vertex:
     distance: Float | None  # of the light, scene units
     alive: Bool  # whether the path goes on
     path: Path  # along its next segment
+    reflected: Vector3f | None = None  # also reaches it where `towards_mirror` meets the mirror of `way`, and then the lamp
+    towards_mirror: Ray | None = None
+    way: Reflection | None = None
 
 
 @register(PATHTRACER)
@@ -78,15 +94,18 @@ class PathTracer:
     def __init__(self, scene, bounces):
         self._scene = scene
         self._limit = dr.opaque(UInt32, bounces)
+        self._mirrors = scene.mirrors
         self.looks_ahead = scene.lighting.has_background and not scene.empty  # else next to all rays hit something
 
     def start(self, lanes):
         """Return lanes without a ray."""
-        return dr.zeros(Path, lanes)
+        path = dr.zeros(Path, lanes)
+        path.mirrored = dr.zeros(Mirrored, lanes) if self._mirrors else None
+        return path
 
     def restart(self, path, where, o, d):
         """Return the path with fresh camera rays in the lanes `where`."""
-        return dr.select(where, _fresh(o, d), path)
+        return dr.select(where, self._fresh(o, d), path)
 
     def trace(self, path):
         """Return what the segments hit."""
@@ -105,7 +124,20 @@ class PathTracer:
             reaches = _any(vertex.direct)
             hidden = self._scene.occluded(vertex.towards_light, vertex.distance, reaches)
             radiance += dr.select(hidden, 0, vertex.direct)
+        if vertex.reflected is not None:
+            radiance += dr.select(self._arrives(vertex.towards_mirror, vertex.way), vertex.reflected, 0)
         return radiance, vertex.alive, vertex.path
+
+    def _arrives(self, ray, way):
+        """Return whether a ray meets the mirror that it is meant for, and goes on from there to the lamp."""
+        first = self._scene.intersect(ray)
+        onward = leave(Surface(way.x, way.n), way.mirror, way.to_lamp)
+        return (first.index == way.mirror) & (self._scene.intersect(onward).index == way.lamp)
+
+    def _fresh(self, o, d):
+        """Return the first segments of paths."""
+        mirrored = Mirrored(Float(0), Spread(Float(0), Float(0), Float(0))) if self._mirrors else None
+        return Path(o, d, UInt32(NO_SHAPE), Bool(False), Vector3f(1), Float(0), Float(1), UInt32(0), mirrored)
 
     def _vertex(self, path, hit, draws):
         """Return the Vertex at a segment's end."""
@@ -119,13 +151,18 @@ class PathTracer:
         shape = scene.shape_of(hit)
         if lighting.has_emitters:
             arriving, pdf_sa = lighting.emitted(path.o, path.d, hit, shape, surface, hit.valid)
-            radiance += dr.select(hit.valid, path.throughput * arriving * _weight(path, pdf_sa), 0)
+            weight = _weight(path, pdf_sa)
+            if self._mirrors:
+                weight *= self._weight_in_mirror(path, hit, shape, surface)
+            radiance += dr.select(hit.valid, path.throughput * arriving * weight, 0)
 
         active = hit.valid & (path.depth < self._limit)
         look, wi = scattering.at(shape, surface, active), -path.d
         dimension = path.depth * DIMENSIONS + PATH
         choices = draws.u2(dimension + CHOICES)
         vertex = Vertex(radiance, None, None, None, None, None)
+        if self._mirrors:
+            self._look_into_mirrors(vertex, path, hit, surface, look, active, draws, dimension)
         if lighting.has_lights and scattering.smooth:
             light = lighting.sample(surface.p, choices.x, draws.u2(dimension + ON_LIGHT))
             value, pdf_sa = look.evaluate(wi, light.wo)
@@ -143,8 +180,31 @@ class PathTracer:
             vertex.alive &= draws.u1(dimension + ROULETTE) < survival
             throughput *= dr.rcp(survival)
         pdf_sa = dr.select(scattered.delta, 0, scattered.pdf_sa)
-        vertex.path = Path(onward.o, onward.d, onward.left_index, onward.left_inwards, throughput, pdf_sa, eta, path.depth + 1)
+        mirrored = self._mirrored(path, hit, shape, surface, scattered) if self._mirrors else None
+        vertex.path = Path(onward.o, onward.d, onward.left_index, onward.left_inwards, throughput, pdf_sa, eta,
+                           path.depth + 1, mirrored)
         return vertex
+
+    def _look_into_mirrors(self, vertex, path, hit, surface, look, active, draws, dimension):
+        """Let the vertex draw a way over a mirror to a lamp."""
+        way = self._mirrors.sample(surface.p, draws.u2(dimension + MIRROR), draws.u2(dimension + ON_LAMP))
+        value, pdf_sa = look.evaluate(-path.d, way.wo)
+        weight = power_heuristic(way.pdf_sa, pdf_sa) / greater(way.pdf_sa, Float(TINY))
+        last = path.depth + 1 >= self._limit  # the mirror is a bounce too
+        vertex.reflected = dr.select(active & ~last, path.throughput * value * way.radiance * weight, 0)
+        vertex.way, vertex.towards_mirror = way, leave(surface, hit.index, way.wo)
+
+    def _mirrored(self, path, hit, shape, surface, scattered):
+        """Return what tells, of the segments that leave mirrors, how else lamps at their ends might be found."""
+        known, spread = self._mirrors.spread(shape, -dr.dot(surface.n_geo, path.d), hit.t)
+        known = known & scattered.delta & (path.pdf_sa > 0)
+        return Mirrored(dr.select(known, path.pdf_sa, 0), spread)
+
+    def _weight_in_mirror(self, path, hit, shape, surface):
+        """Return the weight of a lamp that was met over a mirror, which a way drawn to it might have found as well."""
+        cosine = dr.dot(surface.n_geo, path.d)
+        other = self._mirrors.pdf_sa(shape, cosine, hit.t, path.mirrored.spread)
+        return dr.select(path.mirrored.pdf_sa > 0, power_heuristic(path.mirrored.pdf_sa, other), Float(1))
 
 
 @dataclass
@@ -176,7 +236,7 @@ class WalkingPathTracer(PathTracer):
 
     def __init__(self, scene, bounces):
         super().__init__(scene, bounces)
-        self.looks_ahead = False
+        self.looks_ahead, self._mirrors = False, None
 
     def start(self, lanes):
         """Return lanes without a ray."""
@@ -186,7 +246,7 @@ class WalkingPathTracer(PathTracer):
 
     def restart(self, journey, where, o, d):
         """Return the journey with fresh camera rays in the lanes `where`."""
-        journey.path = dr.select(where, _fresh(o, d), journey.path)
+        journey.path = dr.select(where, self._fresh(o, d), journey.path)
         return self._sent(journey, where, Bool(False), Float(FAR))
 
     def step(self, journey, draws):
@@ -228,11 +288,6 @@ class WalkingPathTracer(PathTracer):
         journey.t, journey.index = dr.select(where, end, journey.t), dr.select(where, NO_SHAPE, journey.index)
         journey.to_light, journey.begins = dr.select(where, to_light, journey.to_light), where | journey.begins
         return journey
-
-
-def _fresh(o, d):
-    """Return the first segments of paths."""
-    return Path(o, d, UInt32(NO_SHAPE), Bool(False), Vector3f(1), Float(0), Float(1), UInt32(0))
 
 
 def _any(colour):

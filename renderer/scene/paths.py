@@ -12,7 +12,9 @@ from renderer.scene.arrange import AUTO, arrange
 from renderer.scene.geometry import Geometry
 from renderer.scene.lamps import with_lamps
 from renderer.scene.lighting import Lighting
+from renderer.scene.light_sources import emitters_of
 from renderer.scene.media import exterior_indices
+from renderer.scene.mirrors import Mirrors
 from renderer.scene.scattering import Scattering
 from renderer.scene.texturing import Texturing
 
@@ -23,6 +25,7 @@ class PathScene(Geometry):
 
     scattering: Scattering | None  # None without shapes
     lighting: Lighting
+    mirrors: Mirrors | None  # that may show lamps; None where that is not worth a look
     roulette: bool  # whether long paths may end at random
     file_indices: Rows | None  # by shape: its place in the file
 
@@ -48,13 +51,16 @@ def compile_paths(loaded, accel=AUTO):
     ordered, geometry = arrange(loaded, accel)
     shapes = [shape for _, shape in ordered]
     materials = [shape.material for shape in shapes]
-    scattering = None
+    scattering = mirrors = None
     if shapes:
         scattering = Scattering(materials, exterior_indices(shapes, paths=True), Texturing(loaded, ordered))
+        if geometry["structure"] is None and scattering.smooth and loaded.description.nbounces > 1:
+            mirrors = Mirrors.of(shapes, emitters_of(loaded.description.scene, ordered, geometry["triangles"]))
     return PathScene(
         **geometry,
         scattering=scattering,
         lighting=Lighting.of(loaded, ordered, geometry["triangles"]),
+        mirrors=mirrors,
         roulette=loaded.description.roulette,
         file_indices=Rows([[index] for index, _ in ordered], UInt32) if shapes else None,
     )
