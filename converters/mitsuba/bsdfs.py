@@ -40,11 +40,11 @@ class Surface:
             rgb = np.repeat(np.frombuffer(rgb, np.uint8)[::3], 3).tobytes()
         return Pixels(f"shape{self.number}_{key}", width, height, rgb)
 
-    def bitmap(self, pixels, raw):
+    def bitmap(self, pixels, raw, texture_filter=None):
         """Return the texture of an image, placed as the material says; not `raw`: decoded from sRGB."""
         m = self.material
         return Node("texture", "bitmap", {
-            "pixels": pixels, "raw": raw, "filter_type": m.texturefilter, "wrap_mode": m.texturewrap,
+            "pixels": pixels, "raw": raw, "filter_type": texture_filter or m.texturefilter, "wrap_mode": m.texturewrap,
             "to_uv": materials.to_uv(m, self.uv_map)})
 
     def value(self, value, key):
@@ -102,7 +102,7 @@ def bsdf(surface):
     made, transmits = _plain(surface) if material.bsdf else _coursework(surface)
     if material.bumpmap is not None:
         made = Node("bsdf", "bumpmap", {
-            "texture": surface.bitmap(surface.image(material.bumpmap, "bumpmap"), raw=True), "bsdf": made,
+            "texture": surface.bitmap(surface.image(material.bumpmap, "bumpmap"), True, "bilinear"), "bsdf": made,
             "scale": float(material.bumpscale), **AS_IT_IS})
     if material.normalmap is not None:
         made = Node("bsdf", "normalmap", {"normalmap": surface.bitmap(_normals(surface), raw=True), "bsdf": made,
