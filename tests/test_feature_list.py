@@ -2,13 +2,16 @@
 
 import ast
 import re
+from pathlib import Path
 
 import pytest
 
-from renderer.scene.schema import RENDER_MODES, SHAPE_KINDS, TONEMAPS
+from renderer.scene.materials import BSDF
+from renderer.scene.schema import DEBUG_MODES, FILTERS, LIGHT_KINDS, SAMPLERS, SHAPE_KINDS, TONEMAPS
 
 ENTRY = re.compile(r"^(?P<name>\S.*)\n((?:    \w+: .*\n)+)", re.MULTILINE)
 DEMONSTRATED, MISSING = "implemented and demonstrated", "not implemented"
+SCENES = Path(__file__).resolve().parent.parent / "scenes" / "features"
 
 
 def entries(text):
@@ -28,9 +31,18 @@ def complaints(name, fields, root):
         return [f"{name}: needs status, picture, scene and test"]
     wrong += [f"{name}: no {fields[kind]}" for kind in ("picture", "scene") if not (root / fields[kind]).is_file()]
     path, _, function = fields["test"].partition("::")
-    if not (root / path).is_file() or function not in functions(root / path):
+    function, _, case = function.rstrip("]").partition("[")
+    if not (root / path).is_file() or function not in functions(root / path) or case and not has(root / path, case):
         wrong.append(f"{name}: no test {fields['test']}")
     return wrong
+
+
+def has(path, case):
+    """Return whether a file of tests names a case, or takes the scenes among which it is."""
+    text = path.read_text()
+    numbered = re.fullmatch(r"(\w+_)(\d+)", case)  # named by a format string
+    return (f'"{case}"' in text or 'glob("*.json")' in text and (SCENES / f"{case}.json").is_file()
+            or numbered is not None and f'"{numbered[1]}{{' in text and numbered[2] in text)
 
 
 def functions(path):
@@ -65,11 +77,11 @@ def test_every_feature_scene_is_listed(listed, root):
 
 
 def test_every_kind_is_listed(listed):
-    """Shapes, modes and tone curves that the renderer has are in the list, by scene or by name."""
+    """What a scene file can name and the renderer has is in the list, by scene or by name."""
     text = " ".join(name.lower() + " " + fields.get("scene", "") for name, fields in listed)
-    for kind in (*SHAPE_KINDS, *TONEMAPS):
+    for kind in (*SHAPE_KINDS, *TONEMAPS, *LIGHT_KINDS, *BSDF.kinds, *FILTERS, *SAMPLERS):
         assert kind in text, kind
-    assert len([name for name, _ in listed if name.startswith("Debug mode")]) == len(RENDER_MODES) - 2
+    assert len([name for name, _ in listed if name.startswith("Debug mode")]) == len(DEBUG_MODES)
 
 
 SOUND = {"status": DEMONSTRATED, "picture": "TestSuite/simple_phong.ppm", "scene": "scenes/scene.json",
@@ -78,7 +90,8 @@ SOUND = {"status": DEMONSTRATED, "picture": "TestSuite/simple_phong.ppm", "scene
 
 @pytest.mark.parametrize("spoilt", [
     {"status": "done"}, {"picture": "TestSuite/nothing.ppm"}, {"scene": "scenes/nothing.json"},
-    {"test": "tests/io/test_image.py::test_nothing"}, {"test": "tests/nothing.py::test_nothing"}, {"status": MISSING},
+    {"test": "tests/io/test_image.py::test_nothing"}, {"test": "tests/oracle/test_paths_bsdfs.py::test_bsdf[nothing]"},
+    {"test": "tests/oracle/test_paths_scenes.py::test_scene[bounces_77]"}, {"test": "tests/nothing.py::test_nothing"}, {"status": MISSING},
 ])  # fmt: skip
 def test_a_false_entry_is_found(spoilt, root):
     """The check has teeth."""
