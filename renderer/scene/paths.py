@@ -54,7 +54,8 @@ def compile_paths(loaded, accel=AUTO):
     scattering = mirrors = None
     if shapes:
         scattering = Scattering(materials, exterior_indices(shapes, paths=True), Texturing(loaded, ordered))
-        if geometry["structure"] is None and scattering.smooth and loaded.description.nbounces > 1:
+        wanted = loaded.description.mirrorlight and loaded.description.nbounces > 1 and scattering.smooth
+        if wanted and geometry["structure"] is None:
             mirrors = Mirrors.of(shapes, emitters_of(loaded.description.scene, ordered, geometry["triangles"]))
     return PathScene(
         **geometry,

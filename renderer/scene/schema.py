@@ -321,6 +321,8 @@ class Scene(Node):
     filter: str = key(Choice("filter", FILTERS), "reconstruction filter of the pixels", default="box")
     roulette: bool = key(Flag(), "in mode `pathtracer`, long paths end at random, so that dim ones do not cost time",
                          default=True)
+    mirrorlight: bool = key(Flag(), "in mode `pathtracer`, lamps are also looked for in mirrors: far less noise where "
+                            "small lamps shine on mirrors, for more time a sample", default=True)
     tonemap: str = key(Choice("tonemap", TONEMAPS), "curve from radiance to 8 bits", default="linear")
     camera: Camera = key(Record(Camera), "where the picture is taken from (see Camera)")
     scene: World = key(Record(World, partial=True), "what is in it (see World)")

@@ -149,17 +149,13 @@ SCENES = {
 }  # fmt: skip
 
 
-def pictures(name, looks, seeds, monkeypatch, samples=256, nbounces=4):
+def pictures(name, looks, seeds, samples=256, nbounces=4):
     """Return pictures (seeds, H, W, 3) with or without the look into mirrors."""
     shapes, lights = SCENES[name]
     world = {"backgroundcolor": [0.1, 0.1, 0.15], "lightsources": lights, "shapes": shapes}
     loaded = from_dict({"rendermode": "pathtracer", "nbounces": nbounces, "samples": samples, "roulette": False,
-                        "camera": {**CAMERA, **FLOOR_SEEN}, "scene": world})  # fmt: skip
-    if not looks:
-        monkeypatch.setattr(mirrors.Mirrors, "of", classmethod(lambda cls, shapes, emitters: None))
+                        "mirrorlight": looks, "camera": {**CAMERA, **FLOOR_SEEN}, "scene": world})  # fmt: skip
     rendered = [render(loaded, seed=seed).channels() for seed in seeds]
-    if not looks:
-        monkeypatch.undo()
     return np.array([[picture[c] for c in "RGB"] for picture in rendered], np.float64).transpose(0, 2, 3, 1)
 
 
@@ -170,18 +166,18 @@ def apart(one, other):
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_no_light_is_lost_or_counted_twice(name, monkeypatch):
+def test_no_light_is_lost_or_counted_twice(name):
     """Pictures have the same mean whether mirrors are looked into or not."""
-    looking = pictures(name, True, range(12), monkeypatch)
-    by_chance = pictures(name, False, range(100, 112), monkeypatch)
+    looking = pictures(name, True, range(12))
+    by_chance = pictures(name, False, range(100, 112))
     assert apart(looking, by_chance) < 4.5
 
 
 @pytest.mark.parametrize("name", ["ball", "flat"])
-def test_the_look_pays(name, monkeypatch):
+def test_the_look_pays(name):
     """A tenth of the floor's variance is left at most, for as many samples."""
     looking, by_chance = (
-        pictures(name, looks, range(6), monkeypatch, samples=16)[:, :, :MIRRORS_FROM].var(axis=0).mean()
+        pictures(name, looks, range(6), samples=16)[:, :, :MIRRORS_FROM].var(axis=0).mean()
         for looks in (True, False)
     )
     assert looking < by_chance / 10
@@ -196,6 +192,6 @@ SABOTAGE = {
 @pytest.mark.parametrize("scene, mistake", [("ball", "ball taken for flat"), ("flat", "no colour")])
 def test_mistakes_are_noticed(scene, mistake, monkeypatch):
     """A wrong cross section, or a forgotten reflectance, shows."""
-    right = pictures(scene, True, range(12), monkeypatch)
+    right = pictures(scene, True, range(12))
     monkeypatch.setattr(mirrors, *SABOTAGE[mistake]())
-    assert apart(right, pictures(scene, True, range(100, 112), monkeypatch)) > 6
+    assert apart(right, pictures(scene, True, range(100, 112))) > 6
