@@ -56,11 +56,9 @@ def ours_and_mitsubas(loaded):
 
 def path_traced_twice(loaded):
     """Return our picture and that of Mitsuba's path integrator, as `ours_and_mitsubas` does, with equal samples."""
-    from converters import mitsuba as export  # chooses the variant that mitsuba is imported with
-    import mitsuba as mi
+    from converters.path_traced import reference
 
-    radiance = mi.render(mi.load_dict(export.to_dict(loaded, exact=True)), spp=loaded.description.spp).numpy()
-    return picture_of(render(loaded)), coarse(encoded(toned(radiance, loaded.description)))
+    return picture_of(render(loaded)), coarse(encoded(toned(reference(loaded), loaded.description)))
 
 
 def picture_of(rendering):
