@@ -14,8 +14,10 @@ if mi.variant() is None:
     mi.set_variant("llvm_ad_rgb")
 
 from converters.geometry import frame, unit  # noqa: E402
-from converters.mitsuba.as_dict import part_object, soup_object, texture_object  # noqa: E402
+from converters.mitsuba.as_dict import dictionary, part_object, soup_object, texture_object  # noqa: E402
+from converters.mitsuba.lamps import environment  # noqa: E402
 from converters.nesting import outside_indices  # noqa: E402
+from converters.phong_lights import lights  # noqa: E402
 from converters.solids import camera_matrix, parts  # noqa: E402
 
 ATTRIBUTES = ("face_shape", "face_part")  # carried by every primitive; a soup has values for each triangle
@@ -31,8 +33,10 @@ class Counterpart:
         world = loaded.description.scene
         self.description, self.camera = loaded.description, loaded.description.camera
         self.numbers, self.shapes = [n for n, _ in loaded.shapes], [s for _, s in loaded.shapes]
-        self.background, self.ambient = mi.Color3f(world.backgroundcolor), mi.Color3f(world.ambientlight)
-        self.lights = [(mi.Point3f(v.position), mi.Color3f(v.intensity)) for v in world.lightsources]
+        self._background, self.ambient = mi.Color3f(world.backgroundcolor), mi.Color3f(world.ambientlight)
+        self.lights = lights(world)
+        around = environment(loaded)
+        self._environment = mi.load_dict(dictionary(around)) if around else None
         self._parts = [parts(shape, loaded.resolve) for shape in self.shapes]
         self._textures, self._texture_of = self._texture_tables(loaded)
         self._tables = self._material_tables() if self.shapes else {}
@@ -74,6 +78,14 @@ class Counterpart:
         share = mi.Float([m.reflectivity if m.isreflective or m.isrefractive else 0.0 for m in materials])
         glass = mi.Float([float(m.isrefractive) for m in materials])
         return {**scalar, **colour, "share": share, "glass": glass, "outside": mi.Float(outside_indices(self.shapes))}
+
+    def background(self, direction):
+        """Return what is seen in unit directions (lanes) that meet nothing."""
+        if self._environment is None:
+            return self._background
+        si = dr.zeros(mi.SurfaceInteraction3f, dr.width(direction))
+        si.wi = -direction
+        return mi.Color3f(self._environment.eval(si))
 
     def value(self, name, hit):
         """Return a material's scalar or colour at the hits (lanes)."""

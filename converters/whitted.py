@@ -42,12 +42,13 @@ def _facing(hit, to_viewer):
     return dr.select(dr.dot(shading, to_viewer) > 0, shading, own), inside
 
 
-def _shadow_ray(counterpart, hit, position):
+def _shadow_ray(counterpart, hit, light):
     """Return the rays to a light, which end short of it."""
-    start = _start(counterpart, hit, position - hit.p)
-    way = position - start
-    distance = dr.norm(way)
-    return mi.Ray3f(start, way / distance, distance * (1 - counterpart.offset), 0.0, [])
+    start = _start(counterpart, hit, light.direction(hit.p)[0])
+    direction, distance = light.direction(start)
+    if distance is None:
+        return mi.Ray3f(start, direction)
+    return mi.Ray3f(start, direction, distance * (1 - counterpart.offset), 0.0, [])
 
 
 def _local_shading(counterpart, hit, normal, to_viewer):
@@ -55,16 +56,16 @@ def _local_shading(counterpart, hit, normal, to_viewer):
     kd, ks = counterpart.value("kd", hit), counterpart.value("ks", hit)
     exponent, specular = counterpart.value("specularexponent", hit), counterpart.value("specularcolor", hit)
     result = counterpart.ambient * hit.albedo
-    for position, intensity in counterpart.lights:
-        to_light = dr.normalize(position - hit.p)
+    for light in counterpart.lights:
+        to_light, _ = light.direction(hit.p)
         half = dr.normalize(to_light + to_viewer)
         cosine = dr.dot(normal, to_light)
         lit = hit.valid & (cosine > 0)
-        lit &= ~counterpart.scene.ray_test(_shadow_ray(counterpart, hit, position), lit)
+        lit &= ~counterpart.scene.ray_test(_shadow_ray(counterpart, hit, light), lit)
         # power(0, 0) is NaN in Dr.Jit, whereas an exponent of 0 means a constant highlight.
         highlight = dr.power(dr.maximum(dr.dot(normal, half), 1e-8), exponent)
         term = kd * hit.albedo * cosine + ks * specular * highlight
-        result += dr.select(lit, term * intensity, 0)
+        result += dr.select(lit, term * light.brightness(to_light), 0)
     return result
 
 
@@ -82,7 +83,7 @@ def _radiance(counterpart, moved=(0.0, 0.0)):
     bounces = counterpart.description.nbounces
     for depth in range(bounces + 1):
         hit = counterpart.intersect(origin, direction)
-        add(~hit.valid, weight * counterpart.background)
+        add(~hit.valid, weight * counterpart.background(direction))
         if counterpart.scene is None:
             break
         to_viewer = -direction
@@ -90,7 +91,8 @@ def _radiance(counterpart, moved=(0.0, 0.0)):
         share = counterpart.value("share", hit)
         add(hit.valid & (share < 1), weight * (1 - share) * _local_shading(counterpart, hit, normal, to_viewer))
         if depth == bounces:
-            add(hit.valid & (share > 0), weight * share * counterpart.background)
+            mirrored = 2 * dr.dot(normal, to_viewer) * normal - to_viewer
+            add(hit.valid & (share > 0), weight * share * counterpart.background(mirrored))
             break
         branches = _branches(counterpart, hit, normal, inside, to_viewer, weight * share, pixel)
         dr.eval(out)

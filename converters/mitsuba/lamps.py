@@ -41,6 +41,12 @@ def emitters(loaded):
     return result
 
 
+def environment(loaded):
+    """Return the node of the image that is all around, or None."""
+    found = [light for light in loaded.description.scene.lightsources if light.type == "environment"]
+    return _environment(loaded, found[0]) if found else None
+
+
 def lamps(loaded):
     """Return {name: (part, radiance)} of the lights that are seen as black shapes that shine."""
     result = {}

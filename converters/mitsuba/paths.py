@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from converters.mitsuba import bsdfs, lamps
 from converters.mitsuba.nodes import Node
-from converters.nesting import outside_indices
+from converters.nesting import index_of, outside_indices
 from converters.solids import camera_matrix, far_plane, is_unbounded, parts, textured_plane
 
 NEAR, FAR = 1e-3, 1e7  # scene units
@@ -39,6 +39,8 @@ def _shape(loaded, number, shape, outside, remark, exact):
     shines = max(shape.emission) > 0
     named = {part.name: part for part in primitives}
     if shines and shape.type in FLAT:
+        if index_of(shape.material, loaded.description.rendermode) is not None:
+            remark("shining sheet of glass written as two sheets, back to back")
         named = {f"{part.name}_{side}": half for part in primitives for side, half in lamps.both_sides(part).items()}
     result = {}
     for name, part in named.items():
