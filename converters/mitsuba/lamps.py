@@ -84,19 +84,21 @@ def _point(loaded, light):
     return Node("emitter", "point", {"position": Point(map(float, light.position)), "intensity": colour(light.intensity)})
 
 
-def _spot(loaded, light):
+def spot(light, intensity):
+    """Return a spot with another intensity (Colour)."""
     direction = unit(light.direction)
     t, b = frame(direction)
     beam = 0.75 * light.cutoff if light.beamwidth is None else light.beamwidth
     return Node("emitter", "spot", {
-        "to_world": matrix(t, b, direction, light.position), "intensity": colour(light.intensity),
+        "to_world": matrix(t, b, direction, light.position), "intensity": intensity,
         "cutoff_angle": float(light.cutoff), "beam_width": float(beam)})
 
 
-def _directional(loaded, light):
+def directional(light, irradiance):
+    """Return a directional light with another irradiance (Colour)."""
     t, b = frame(unit(light.direction))
     return Node("emitter", "directional", {
-        "to_world": matrix(t, b, unit(light.direction), (0.0, 0.0, 0.0)), "irradiance": colour(light.intensity)})
+        "to_world": matrix(t, b, unit(light.direction), (0.0, 0.0, 0.0)), "irradiance": irradiance})
 
 
 def _environment(loaded, light):
@@ -108,7 +110,9 @@ def _environment(loaded, light):
         "to_world": rotation})
 
 
-_EMITTERS = {"pointlight": _point, "spot": _spot, "directional": _directional, "environment": _environment}
+_EMITTERS = {"pointlight": _point, "spot": lambda loaded, light: spot(light, colour(light.intensity)),
+             "directional": lambda loaded, light: directional(light, colour(light.intensity)),
+             "environment": _environment}
 
 
 def _rectangle(light):

@@ -19,7 +19,7 @@ import numpy as np
 
 from converters.geometry import joined
 from converters.meshes import placement
-from converters.mitsuba import materials, paths
+from converters.mitsuba import lamps, materials, paths
 from converters.mitsuba.nodes import Colour, Node, Pixels, Plan, Point
 from converters.mitsuba.paths import part_node
 from converters.nesting import outside_indices
@@ -132,20 +132,39 @@ def _typical_distance(loaded, position):
     return max(float(np.median(np.linalg.norm(np.array(centres) - position, axis=1))), NEAR)
 
 
-def _point_light(loaded, position, intensity):
+def _brightened(loaded, position, intensity):
+    """Return the intensity of a light with fall-off that is as bright at the median distance of the shapes."""
     scale = np.pi * _typical_distance(loaded, position) ** 2
+    return Colour(float(scale * c) for c in intensity)
+
+
+def _point_light(loaded, position, intensity):
     return Node("emitter", "point", {"position": Point(map(float, position)),
-                                     "intensity": Colour(float(scale * c) for c in intensity)})
+                                     "intensity": _brightened(loaded, position, intensity)})
+
+
+def _light(loaded, light, remark):
+    """Return the nearest counterpart of a light that lights without falling off."""
+    if light.type == "directional":  # Lambert's kd Cd / pi times the irradiance is kd Cd times the intensity
+        return lamps.directional(light, Colour(float(np.pi * c) for c in light.intensity))
+    remark("light without fall-off written as one with 1/r^2, as bright at the median distance of the shapes")
+    if light.type == "spot":
+        return lamps.spot(light, _brightened(loaded, light.position, light.intensity))
+    return _point_light(loaded, light.position, light.intensity)
 
 
 def _emitters(loaded, remarks):
     """Return the lights: points with fall-off, the background, and a lamp at the camera for the rest of the ambient."""
     world, result = loaded.description.scene, {}
+    around = lamps.environment(loaded)
     for k, light in enumerate(world.lightsources):
-        result[f"light{k}"] = _point_light(loaded, light.position, light.intensity)
-        remarks.at(f"scene.lightsources[{k}]")("light without fall-off written as one with 1/r^2, as bright at the "
-                                               "median distance of the shapes")
-    if max(world.backgroundcolor) > 0:
+        remark = remarks.at(f"scene.lightsources[{k}]")
+        if light.type == "environment":
+            result[f"light{k}"] = around
+            remark("the image all around also lights the shapes")
+        else:
+            result[f"light{k}"] = _light(loaded, light, remark)
+    if max(world.backgroundcolor) > 0 and not around:
         result["background"] = Node("emitter", "constant", {"radiance": Colour(map(float, world.backgroundcolor))})
         remarks.at("scene.backgroundcolor")("the background also lights the shapes")
     if max(world.ambientlight) > 0:

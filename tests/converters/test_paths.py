@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from converters import mitsuba as export
+from converters import whitted
 from converters.mitsuba.as_dict import part_object  # chooses the variant
 from converters.mitsuba.lamps import both_sides
 from converters.mitsuba.paths import focus_distance
 from converters.nesting import outside_indices
 from converters.solids import parts
 from renderer.io.image import write_exr
-from renderer.scene.loader import load
+from renderer.scene.loader import load, override
 from tests.support.documents import write_texture
 from tests.support.paths import scene
 from tests.support.stats import LEAST_BATCHES, compare
@@ -187,3 +188,17 @@ def test_glass_around_glass_depends_on_the_mode(tmp_path):
     shapes = [shape for _, shape in prepare(tmp_path, document).shapes]
     assert outside_indices(shapes, "pathtracer") == [1.0, 1.0, 1.33]  # what is opaque does not ask
     assert outside_indices(shapes, "phong") == [1.0, 1.2, 1.1]
+
+
+def test_phong_export_takes_every_light(tmp_path):
+    """In phong mode each light has a counterpart that lights about as much, and what differs is told."""
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 0.7, "material": {"ks": 0.0}}
+    for light in LIGHTS:
+        document = scene(ball, {**FLOOR, "material": {"ks": 0.0}}, lights=[light], samples=1)
+        document["scene"]["ambientlight"] = [0, 0, 0]
+        loaded = override(prepare(tmp_path, document), mode="phong")
+        warnings = export.write_xml(loaded, tmp_path / "out.xml")
+        assert bool(warnings) == (light["type"] != "directional")
+        stock, exact = picture(mi.load_file(str(tmp_path / "out.xml"))), whitted.reference(loaded)
+        if light["type"] != "environment":  # which in phong mode is only seen
+            assert 0.5 < stock[exact["hit"]].mean() / exact["rgb"][exact["hit"]].mean() < 2
