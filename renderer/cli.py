@@ -159,9 +159,14 @@ def _check_memory(description, options, has_exr):
 
 
 def _inputs(loaded):
-    """Return the files that the scene is made of."""
-    textures = {shape.material.texture for _, shape in loaded.shapes}
-    return [loaded.path, *(loaded.resolve(texture) for texture in textures if isinstance(texture, str))]
+    """Return the files that the scene is made of, in any mode."""
+    from renderer.scene.materials import textures_of
+
+    owners = [*loaded.description.scene.lightsources, *(shape for _, shape in loaded.shapes)]
+    names = {getattr(owner, "filename", None) for owner in owners}
+    for material in {shape.material for _, shape in loaded.shapes}:
+        names |= {source for paths in (False, True) for _, source in textures_of(material, paths)}
+    return [loaded.path, *(loaded.resolve(name) for name in names if isinstance(name, str))]
 
 
 def _trace(loaded, options, variance, interrupt):

@@ -242,12 +242,25 @@ def test_scene_is_not_overwritten_by_its_picture(scene, engine, capsys):
     assert Path("small.ppm").read_bytes() == before
 
 
-def test_texture_is_not_overwritten_by_the_picture(scene, document, engine, capsys):
-    """`-o` with the name of a texture is a mistake, not a wish."""
-    document["scene"]["shapes"][0]["material"] = {"texture": "wood.ppm"}
+@pytest.mark.parametrize("material", [
+    {"texture": "wood.ppm"}, {"normalmap": "wood.ppm"}, {"bumpmap": "wood.ppm"},
+    {"bsdf": {"type": "roughconductor", "alpha": "wood.ppm"}},
+])  # fmt: skip
+def test_texture_is_not_overwritten_by_the_picture(scene, document, engine, capsys, material):
+    """`-o` with the name of a texture or map is a mistake, not a wish."""
+    document["scene"]["shapes"][0]["material"] = material
     Path(scene).write_text(json.dumps(document))
     Path("wood.ppm").write_bytes(b"P6\n1 1\n255\nabc")
     assert cli.main([scene, "-o", "wood.ppm"]) == 2
+    assert "the scene is read from this file" in capsys.readouterr().err
+
+
+def test_surroundings_are_not_overwritten_by_the_picture(scene, document, engine, capsys):
+    """Nor is the image of an environment."""
+    document["scene"]["lightsources"].append({"type": "environment", "filename": "sky.ppm"})
+    Path(scene).write_text(json.dumps(document))
+    Path("sky.ppm").write_bytes(b"P6\n1 1\n255\nabc")
+    assert cli.main([scene, "-o", "sky.ppm"]) == 2
     assert "the scene is read from this file" in capsys.readouterr().err
 
 
