@@ -24,9 +24,10 @@ BENCHMARKS = {
     "variants": "what the decisions behind the speed are worth",
     "against_mitsuba": "intersection and shadow tests beside Mitsuba's, same rays, same scenes",
     "structures": "hierarchy, grid and no structure on the same scenes, and from how many shapes on one pays",
+    "paths": "path tracing beside Mitsuba: speed, and error at equal time",
     "meshes": "triangle meshes beside Mitsuba's Embree: rays, building, memory, diffuse paths",
 }
-NEED_MITSUBA = ("against_mitsuba", "meshes")
+NEED_MITSUBA = ("against_mitsuba", "paths", "meshes")
 LARGEST_MESH = 10_000_000  # triangles: the soup of so many takes 4.3 GB with Embree alone
 BAD_INPUT, FAILED = 2, 1
 

@@ -18,7 +18,7 @@ LIGHTS_A_SIDE = 10  # of a cube of lights
 def coursework(folder):
     """The coursework's `scene` with a small square lamp in the place of each point light."""
     document = json.loads((ROOT / "scenes" / "scene.json").read_text())
-    document["nbounces"] = 9
+    document |= {"rendermode": "pathtracer", "nbounces": 9}
     document["scene"]["lightsources"] = [
         lamp(light["position"], 0.2, [10.0] * 3) for light in document["scene"]["lightsources"]
     ]
