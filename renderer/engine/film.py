@@ -61,6 +61,17 @@ class Film:
         """
         return Film(**{name: _opaque(getattr(self, name)) for name in self.__dataclass_fields__})
 
+    def at(self, place, where):
+        """Return a film of one lane for each place among this one's; 0 where not `where`."""
+        return Film(**{name: kept if kept is None else dr.gather(type(kept), kept, place, where)
+                       for name, kept in vars(self).items()})  # fmt: skip
+
+    def put(self, film, place, where):
+        """Write the lanes of another film to places of this one, which is evaluated."""
+        for name, kept in vars(self).items():
+            if kept is not None:
+                dr.scatter(kept, getattr(film, name), place, where)
+
     def add(self, colour, where, negative=None):
         """Return the film with one sample more in the lanes `where`, subtracted where `negative`."""
         finite = is_finite(colour)

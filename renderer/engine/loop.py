@@ -2,12 +2,20 @@
 
 One lane a pixel: as soon as its path ends it starts its next sample, so that the lanes of a packet never wait for
 the longest path among them. The image stays in registers, and memory does not depend on the number of samples.
+
+Where pixels differ much in what they cost, lanes render several one after the other (engine/tiles.py).
 """
+
+from __future__ import annotations
+
+from dataclasses import dataclass
 
 import drjit as dr
 
 from renderer.core.backend import Bool, Float, Float64, UInt32, Vector2f, Vector3f
+from renderer.engine.film import Film
 from renderer.engine.filters import Box
+from renderer.engine.tiles import NO_PIXEL
 from renderer.samplers.base import LENS, PIXEL, Draws
 
 
@@ -69,6 +77,67 @@ def sample_pixels(integrator, camera, sampler, corner, film, first, end, centred
         lambda sample, path, current, negative, film: sample < end, advance, label="samples",
     )
     return film
+
+
+@dataclass
+class Turn:
+    """Where a lane is: its pixel, and what that has so far."""
+
+    number: UInt32
+    pixel: UInt32  # NO_PIXEL where this turn has none
+    corner: Vector2f
+    sample: UInt32
+    film: Film
+
+
+def sample_tiles(integrator, camera, lanes_of, tiles, film, first, end, centred=False, pixel_filter=Box()):
+    """Return the Film of the pixels of Tiles with the samples from `first` up to `end`, added in their order.
+
+    `lanes_of` returns the sampler and the corner of pixels by their numbers.
+    """
+    dr.eval(film)  # what it adds up to now is read in the loop
+    lanes, after = tiles.lanes, film.opaque()
+
+    def ray(turn):
+        """Return the rays of the lanes' samples."""
+        return camera_ray(camera, lanes_of(turn.pixel)[0], turn.corner, turn.sample, centred, pixel_filter)
+
+    def turned(number):
+        """Return the Turn of this number in each lane."""
+        pixel = tiles.pixel(number)
+        there = pixel != NO_PIXEL
+        before = film.at(tiles.place(pixel), there)
+        return Turn(number, pixel, lanes_of(pixel)[1], dr.select(there, first, end), before)
+
+    def moved(turn):
+        """Return the lanes' next turns; what their pixels have is stored."""
+        after.put(turn.film, tiles.place(turn.pixel), turn.pixel != NO_PIXEL)
+        return (turned(turn.number + 1),)
+
+    def finished(turn, path, current, negative, where):
+        """Return the state with the samples `where` added to the film, and the next ones begun."""
+        turn.film = turn.film.add(current, where, negative)
+        turn.sample = turn.sample + dr.select(where, UInt32(1), 0)
+        complete = (turn.sample >= end) & (turn.number < tiles.turns)
+        (turn,) = dr.if_stmt((turn,), complete, moved, lambda turn: (turn,), label="next pixel")
+        where = where | complete
+        o, d, next_negative = ray(turn)
+        if negative is not None:
+            negative = dr.select(where, next_negative, negative)
+        return turn, integrator.restart(path, where, o, d), dr.select(where, 0, current), negative
+
+    def advance(turn, path, current, negative):
+        added, alive, path = integrator.step(path, Draws(lanes_of(turn.pixel)[0], turn.sample))
+        return finished(turn, path, current + added, negative, ~alive)
+
+    turn = turned(dr.zeros(UInt32, lanes))
+    o, d, negative = ray(turn)
+    path = integrator.restart(integrator.start(lanes), True, o, d)
+    dr.while_loop(
+        (turn, path, dr.zeros(Vector3f, lanes), negative),
+        lambda turn, path, current, negative: turn.number < tiles.turns, advance, label="samples",
+    )
+    return after
 
 
 def follow_sample(integrator, camera, sampler, corner, sample, centred=False, pixel_filter=Box()):

@@ -17,7 +17,8 @@ import drjit as dr
 from renderer.core.backend import NAME, Float64, UInt32
 from renderer.engine.filters import Box
 from renderer.engine.film import Film, is_finite, joined, relative_error
-from renderer.engine.loop import follow_sample, pixel_corner, sample_pixels
+from renderer.engine.loop import follow_sample, pixel_corner, sample_pixels, sample_tiles
+from renderer.engine.tiles import Tiles
 from renderer.scene.schema import MAX_SAMPLES
 
 PASS_SECONDS = 0.5  # aim for the length of a pass: often enough for progress and Ctrl-C
@@ -64,21 +65,29 @@ class View:
     centred: bool = False
     pixel_filter: object = Box()
 
-    def _lanes(self, pixel):
+    def _inputs(self):
+        """Return what `_lanes` needs of a kernel's inputs; to be made outside of loops."""
+        return dr.opaque(UInt32, self.width), dr.opaque(UInt32, self.seed)
+
+    def _lanes(self, pixel, width, seed):
         """Return the samplers and corners of pixel numbers."""
-        return self.sampler(pixel, dr.opaque(UInt32, self.seed)), pixel_corner(pixel, dr.opaque(UInt32, self.width))
+        return self.sampler(pixel, seed), pixel_corner(pixel, width)
 
     def expose(self, film, first, end, pixel=0):
         """Return the film with the samples from `first` up to `end`, not evaluated yet; its lanes begin at `pixel`."""
-        sampler, corner = self._lanes(dr.opaque(UInt32, pixel) + dr.arange(UInt32, len(film.lost)))
-        first, end = dr.opaque(UInt32, first), dr.opaque(UInt32, end)
-        return sample_pixels(
-            self.integrator, self.camera, sampler, corner, film, first, end, self.centred, self.pixel_filter
-        )
+        inputs, count = self._inputs(), len(film.lost)
+        how = dr.opaque(UInt32, first), dr.opaque(UInt32, end), self.centred, self.pixel_filter
+        if self.integrator.uneven and film.rest is not None:
+            tiles = Tiles(self.width, pixel, count)
+            return sample_tiles(
+                self.integrator, self.camera, lambda pixel: self._lanes(pixel, *inputs), tiles, film, *how
+            )
+        sampler, corner = self._lanes(dr.opaque(UInt32, pixel) + dr.arange(UInt32, count), *inputs)
+        return sample_pixels(self.integrator, self.camera, sampler, corner, film, *how)
 
     def follow(self, pixel, first, count=1):
         """Return the radiance of `count` samples of one pixel, evaluated, one lane each, whether finite or not."""
-        sampler, corner = self._lanes(dr.opaque(UInt32, pixel) + dr.zeros(UInt32, count))
+        sampler, corner = self._lanes(dr.opaque(UInt32, pixel) + dr.zeros(UInt32, count), *self._inputs())
         sample = dr.opaque(UInt32, first) + dr.arange(UInt32, count)
         dr.eval(sampler, corner, sample)
         radiance = follow_sample(

@@ -9,6 +9,8 @@ An integrator works on lanes that each follow one camera ray until its radiance 
 Where many rays hit nothing, an integrator may set `looks_ahead`: `trace(state)` returns the hits of the lanes' rays, and
 `missed(state)` what the rays without one bring. Their lanes then begin another sample before the step, which takes
 the hits as a third argument, so that fewer lanes are idle while surfaces are shaded.
+
+`uneven` tells whether pixels differ so much in what they cost that lanes had better render several, one after the other.
 """
 
 from renderer.core.registry import Registry

@@ -27,6 +27,7 @@ class Binary:
     """Whether a ray hits: one any-hit query a ray, no shading."""
 
     looks_ahead = False
+    uneven = False
 
     def __init__(self, scene, bounces):
         self._scene = scene

@@ -91,6 +91,8 @@ def path_tracer(scene, bounces):
 class PathTracer:
     """A step is a vertex; see the module docstring."""
 
+    uneven = False
+
     def __init__(self, scene, bounces):
         self._scene = scene
         self._limit = dr.opaque(UInt32, bounces)
@@ -233,6 +235,8 @@ class Journey:
 
 class WalkingPathTracer(PathTracer):
     """A step is part of a ray's way through the hierarchy; see the module docstring."""
+
+    uneven = True
 
     def __init__(self, scene, bounces):
         super().__init__(scene, bounces)

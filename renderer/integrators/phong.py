@@ -66,6 +66,7 @@ class Phong:
     """See the module docstring. Without mirrors and glass a lane ends after one step and nothing else is compiled."""
 
     looks_ahead = False
+    uneven = False
 
     def __init__(self, scene, bounces):
         self._scene = scene

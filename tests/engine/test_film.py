@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
-from renderer.engine import passes
+from renderer.engine import passes, tiles
 from renderer.engine.film import LUMINANCE, Film, relative_error
 from renderer.engine.passes import Until, View, find_lost, refine
 from renderer.samplers import KINDS
@@ -84,6 +84,8 @@ class Faulty:
     """An integrator whose samples are numbers of their sampler, and wrong where a list of (pixel, sample) says so."""
 
     looks_ahead = False
+    uneven = False
+    tint = 0.0  # by which columns differ in the last channel
 
     def __init__(self, faults):
         self._faults = faults  # {(column, row): (sample, value)}
@@ -96,6 +98,7 @@ class Faulty:
 
     def step(self, state, draws):
         radiance = Vector3f(draws.u1(5))
+        radiance.z += self.tint * state.x
         for (column, row), (sample, value) in self._faults.items():
             here = (state.x == column) & (state.y == row) & (draws.sample == sample)
             radiance.y = dr.select(here, dr.opaque(Float, value), radiance.y)
@@ -112,18 +115,31 @@ class Grid:
         return Vector3f(dr.floor(position.x), dr.floor(position.y), 0), Vector3f(0, 0, 1)
 
 
-def view(faults=(), width=20, height=10, seed=3):
+class Uneven(Faulty):
+    """The same with samples that end after up to seven steps, in pixels that take turns in lanes."""
+
+    uneven = True
+
+    def step(self, state, draws):
+        radiance, _, _ = super().step(state, draws)
+        goes_on = (state.z < 6) & (draws.u1(6) < 0.1 * state.x) & (state.x != 3)
+        state.z = dr.select(goes_on, state.z + 1, 0)
+        return dr.select(goes_on, 0, radiance), goes_on, state
+
+
+def view(faults=(), width=20, height=10, seed=3, kind=Faulty):
     """Return a View of samples that are random numbers but for some faults."""
-    return View(Faulty(dict(faults)), (Grid, None), KINDS["sobol"], width, height, seed)
+    return View(kind(dict(faults)), (Grid, None), KINDS["sobol"], width, height, seed)
 
 
 @pytest.mark.parametrize("pixels", [200, 200 // 3, 7])
 @pytest.mark.parametrize("seconds", [0.0, 1e-4, 10.0])
-def test_passes_add_up_to_the_same_bytes(seconds, pixels, monkeypatch):
+@pytest.mark.parametrize("kind", [Faulty, Uneven])
+def test_passes_add_up_to_the_same_bytes(kind, seconds, pixels, monkeypatch):
     """64 samples and 192 more are 256 at once, for any split into passes, squares and losses included."""
     monkeypatch.setattr(passes, "PASS_SECONDS", seconds)
-    shot = view({(3, 4): (100, np.nan)})
-    empty = Film.empty(200, variance=True)
+    monkeypatch.setattr(tiles, "PACKETS_A_THREAD", 0)
+    shot, empty = view({(3, 4): (100, np.nan)}, kind=kind), Film.empty(200, variance=True)
     whole = shot.expose(empty, 0, 256)
     split = shot.expose(shot.expose(empty, 0, 64), 64, 256)
     monkeypatch.setattr(passes, "PART_PIXELS", pixels)
@@ -135,14 +151,27 @@ def test_passes_add_up_to_the_same_bytes(seconds, pixels, monkeypatch):
         assert np.array_equal(getattr(whole, name).numpy(), getattr(refined, name).numpy())
 
 
+@pytest.mark.parametrize("first, count", [(0, 200), (33, 150), (199, 1)])
+def test_pixels_that_take_turns_have_the_same_bytes(first, count, monkeypatch):
+    """As those that have a lane each; also where rows begin and end within the part, and after earlier samples."""
+    monkeypatch.setattr(Faulty, "tint", 1.0)
+    monkeypatch.setattr(tiles, "PACKETS_A_THREAD", 0)  # all turns that there may be
+    for faults in ({}, {(3, 4): (10, np.nan)}):
+        alone, turns = (view(faults, kind=kind) for kind in (Faulty, Uneven))
+        begun = turns.expose(Film.empty(count), 0, 5, first)
+        expected, film = alone.expose(Film.empty(count), 0, 40, first), turns.expose(begun, 5, 40, first)
+        for name in ("total", "rest", "lost"):
+            assert np.array_equal(getattr(film, name).numpy(), getattr(expected, name).numpy())
+
+
 def test_passes_run_one_kernel(monkeypatch):
     """Also the first one, and whatever is kept beside the colour."""
     small_passes(monkeypatch)
     monkeypatch.setattr(passes, "PART_PIXELS", 90)
-    for variance in (False, True):
+    for variance, kind in ((False, Faulty), (True, Faulty), (True, Uneven)):
         with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
             dr.kernel_history_clear()
-            refine(view(), Until(6), variance=variance)
+            refine(view(kind=kind), Until(6), variance=variance)
             launched = [kernel["hash"] for kernel in dr.kernel_history() if kernel.get("operation_count", 0) > 50]
         assert len(launched) == 18 and len(set(launched)) == 1
 

@@ -47,8 +47,8 @@ def seeds(loaded):
 class _Tall(View):
     """Pictures one above the other, as one: its rows repeat, and each lane draws by its own number."""
 
-    def _lanes(self, pixel):
-        sampler, corner = super()._lanes(pixel)
+    def _lanes(self, pixel, width, seed):
+        sampler, corner = super()._lanes(pixel, width, seed)
         height = Float(self.height // LEAST_BATCHES)
         corner.y -= height * dr.floor((corner.y + 0.5) / height)
         return sampler, corner
