@@ -184,9 +184,10 @@ def shown(folder, name, samples):
 
 
 def phong(folder):
-    """Write the teapot, and soft shadows with blurred mirrors."""
+    """Write the teapot, soft shadows with blurred mirrors, and lights that are no points."""
     shown(folder, "teapot", TEAPOT_SAMPLES)
     shown(folder, "soft_shadows", None)
+    shown(folder, "phong_lights", None)
 
 
 def path_traced(folder):
