@@ -141,10 +141,11 @@ def replay(loaded, pixel, sample, *, seed=0, accel=AUTO):
 def _set_up(loaded, seed, accel, single):
     """Return the compiled scene and the View of it; `single` samples go through the middle of their pixels."""
     description, mode = loaded.description, loaded.description.rendermode
-    if mode == PATHTRACER:
+    shows_bsdfs = mode == "albedo" and any(shape.material.bsdf is not None for _, shape in loaded.shapes)
+    if mode == PATHTRACER or shows_bsdfs:
         from renderer.scene.paths import compile_paths  # the other modes start faster without
 
-        scene = compile_paths(loaded, accel)
+        scene = compile_paths(replace(loaded, description=replace(description, rendermode=PATHTRACER)), accel)
     else:
         scene = compile_scene(loaded, accel)
     centred = mode in DEBUG_MODES or single and mode != PATHTRACER

@@ -9,7 +9,7 @@ import pytest
 from renderer.core.backend import Float
 from renderer.engine.render import render
 from renderer.integrators import path
-from renderer.scene.loader import from_dict
+from renderer.scene.loader import from_dict, override
 from tests.support.documents import CAMERA
 
 CLOSE = 4.5  # standard errors that a mean may be off; one in 150,000 right ones is
@@ -135,3 +135,12 @@ def test_both_drivers_give_the_same_picture(nbounces):
     one, other = picture(loaded, accel="none"), picture(loaded, accel="bvh")
     assert np.median(np.abs(one - other)) < 1e-6
     assert abs(one.mean() - other.mean()) < 2e-3 * one.mean()
+
+
+def test_albedo_shows_what_bsdfs_reflect():
+    """The debug mode tells materials apart by their BSDF where they have one."""
+    colours = [0.7, 0.5, 0.3], [0.6, 0.6, 0.6]
+    loaded = override(scene(STILL), mode="albedo")
+    channels = render(loaded).channels()
+    seen = np.stack([channels[f"Albedo.{c}"] for c in "RGB"], axis=-1).reshape(-1, 3)
+    assert {tuple(colour) for colour in seen.round(5).tolist()} == {(0.0, 0.0, 0.0), *map(tuple, colours)}
