@@ -143,4 +143,4 @@ def test_albedo_shows_what_bsdfs_reflect():
     loaded = override(scene(STILL), mode="albedo")
     channels = render(loaded).channels()
     seen = np.stack([channels[f"Albedo.{c}"] for c in "RGB"], axis=-1).reshape(-1, 3)
-    assert {tuple(colour) for colour in seen.round(5).tolist()} == {(0.0, 0.0, 0.0), *map(tuple, colours)}
+    assert {tuple(colour) for colour in seen.astype(float).round(5).tolist()} == {(0.0, 0.0, 0.0), *map(tuple, colours)}
