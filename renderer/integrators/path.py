@@ -27,7 +27,7 @@ from renderer.core.numeric import FAR, TINY, greater, lesser
 from renderer.core.records import NO_SHAPE, Hit, Ray, Surface
 from renderer.integrators.base import register
 from renderer.integrators.mis import power_heuristic
-from renderer.samplers.base import PATH
+from renderer.samplers.base import PATH, Draws
 from renderer.scene.geometry import SHADOW_END, leave
 from renderer.scene.mirrors import Reflection, Spread
 from renderer.scene.schema import PATHTRACER
@@ -120,7 +120,22 @@ class PathTracer:
 
     def step(self, path, draws, hit=None):
         """Return what the segment and the light at its end bring, whether the path goes on, and the next segment."""
-        vertex = self._vertex(path, hit or self.trace(path), draws)
+        if hit is None or not self._scene.lighting.has_image:
+            return self._shaded(path, hit or self.trace(path), draws)
+        # an image is costly to look up and to sample, also for packets of lanes that all look past everything
+        behind = self.missed(path)
+
+        def shaded(path, hit, sample):
+            return self._shaded(path, hit, Draws(draws.sampler, sample))
+
+        def skipped(path, hit, sample):
+            return behind, Bool(False), path
+
+        return dr.if_stmt((path, hit, draws.sample), hit.valid, shaded, skipped, label="shading")
+
+    def _shaded(self, path, hit, draws):
+        """Return the same for segments with known ends."""
+        vertex = self._vertex(path, hit, draws)
         radiance = vertex.radiance
         if vertex.direct is not None:
             reaches = _any(vertex.direct)

@@ -29,7 +29,7 @@ class Lighting:
     """See the module docstring.
 
     `has_lights` tells whether `sample` can be called, `has_emitters` and `has_background` whether `emitted` and
-    `background` bring anything.
+    `background` bring anything, `has_image` whether there is an image all around.
     """
 
     def __init__(self, groups, choice, emitters, background, environment, environment_number):
@@ -39,6 +39,7 @@ class Lighting:
         self._background = Rows([background])
         self.has_lights = choice is not None
         self.has_emitters = emitters is not None
+        self.has_image = environment is not None
         self.has_background = any(background) if environment is None else environment.shines
 
     @classmethod
