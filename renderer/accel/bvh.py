@@ -51,6 +51,10 @@ class Bvh:
             raise RenderError(f"too many shapes for a hierarchy: it has {count} records, and can have {MAX_RECORDS}")
         self._records, self._middle, self._radius = records, middle, radius
 
+    def words(self, record, active):
+        """Return the words of a record in each active lane."""
+        return read(self._records, record, active)
+
     def slabs(self, ray):
         """Return what `step` needs of the rays."""
         return Slabs.of(ray, self._middle, self._radius)

@@ -53,6 +53,20 @@ def pair(a, b, c):
     return _items(corners, mates, _match(mates, _ranks(corners, mates, scale)))
 
 
+def turn_alike(pairs, corners):
+    """Return whether all items' second triangles run around as their first ones do: {v0, v2, v1} and {v0, v3, v2}.
+
+    `corners` are the input of `pair`; first ones always do.
+    """
+
+    def runs(number, p, q, valid=True):
+        a, b, c = (dr.gather(Vector3f, corner, number, valid) for corner in corners)
+        return (_same(p, a) & _same(q, b)) | (_same(p, b) & _same(q, c)) | (_same(p, c) & _same(q, a))
+
+    two = pairs.second != NO_PRIMITIVE
+    return bool(dr.all(runs(pairs.first, pairs.v0, pairs.v2) & (~two | runs(pairs.second, pairs.v2, pairs.v0, two))))
+
+
 def _bits(p):
     """Return the bits of a position's coordinates, which tell 0 from -0."""
     return [dr.reinterpret_array(UInt32, axis) for axis in p]

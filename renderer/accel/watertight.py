@@ -63,6 +63,13 @@ def test(words, axes):
     return (*first, words[PRIMITIVE]), (*second, words[SECOND])
 
 
+def corners(words, number):
+    """Return the corners of the triangle of a pair that has this number, if pairs.turn_alike in their input's order."""
+    v = [Vector3f(*(dr.reinterpret_array(Float, word) for word in words[3 * k : 3 * k + 3])) for k in range(CORNERS)]
+    second = words[SECOND] == number
+    return v[0], dr.select(second, v[3], v[2]), dr.select(second, v[2], v[1])
+
+
 def _triangle(a, b, c, at_a, at_b, at_c):
     """Return whether the ray passes inside, and the depth there; `at_a` is the edge function opposite to a."""
     inside = ((at_a >= 0) & (at_b >= 0) & (at_c >= 0)) | ((at_a <= 0) & (at_b <= 0) & (at_c <= 0))

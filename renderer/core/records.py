@@ -37,6 +37,7 @@ class Hit:
 
     t: Float  # distance along the unit direction; FAR where nothing was hit
     index: UInt32
+    record: UInt32 | None = None  # of the structure, that holds the shape if it is inside; None where nobody kept it
 
     @property
     def valid(self):

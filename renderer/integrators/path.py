@@ -238,6 +238,7 @@ class Journey:
     pending: Vector3f  # arrives if nothing is between the path and the light
     t: Float
     index: UInt32
+    record: UInt32 | None  # that of `index`; None where surfaces do not need it
     walk: Walk
 
     @property
@@ -256,12 +257,15 @@ class WalkingPathTracer(PathTracer):
     def __init__(self, scene, bounces):
         super().__init__(scene, bounces)
         self.looks_ahead, self._mirrors = False, None
+        asks = scene.scattering.with_uv or scene.scattering.with_tangents
+        self._by_record = not asks and scene.triangles is not None and scene.triangles.as_in_records
 
     def start(self, lanes):
         """Return lanes without a ray."""
         nowhere, no, zero = dr.zeros(Vector3f, lanes), dr.zeros(Bool, lanes), dr.zeros(Float, lanes)
         return Journey(dr.zeros(Path, lanes), no, no, no, nowhere, nowhere, no, nowhere, zero,
-                       dr.zeros(UInt32, lanes), self._scene.structure.start(lanes))
+                       dr.zeros(UInt32, lanes), dr.zeros(UInt32, lanes) if self._by_record else None,
+                       self._scene.structure.start(lanes))
 
     def restart(self, journey, where, o, d):
         """Return the journey with fresh camera rays in the lanes `where`."""
@@ -275,20 +279,23 @@ class WalkingPathTracer(PathTracer):
         t, index = scene.loose_hit(ray, journey.t)
         t, index = dr.select(journey.begins, t, journey.t), dr.select(journey.begins, index, journey.index)
         active = slabs.valid & ~(journey.to_light & (index != NO_SHAPE))
-        walk = journey.walk
+        walk, record = journey.walk, journey.record
         for _ in range(STEPS):
+            at, before = walk.record, index
             walk, t, index, active = structure.step(
                 walk, structure.fetch(walk, active), slabs, t, index, leaf, active, journey.to_light
             )
+            if self._by_record:
+                record = dr.select(index == before, record, at)
         arrived = ~active & journey.to_light
         radiance = dr.select(arrived & (index == NO_SHAPE), journey.pending, 0)
 
         ended = ~active & ~journey.to_light
-        vertex = self._vertex(journey.path, Hit(t, dr.select(ended, index, NO_SHAPE)), draws)
+        vertex = self._vertex(journey.path, Hit(t, dr.select(ended, index, NO_SHAPE), record), draws)
         radiance += dr.select(ended, vertex.radiance, 0)
         onward, asks = ended & vertex.alive, Bool(False)
         journey = Journey(dr.select(ended, vertex.path, journey.path), journey.goes_on, journey.to_light, Bool(False),
-                          journey.light_d, journey.light_o, journey.light_inwards, journey.pending, t, index, walk)
+                          journey.light_d, journey.light_o, journey.light_inwards, journey.pending, t, index, record, walk)
         if vertex.direct is not None:
             asks, towards = ended & _any(vertex.direct), vertex.towards_light
             journey.light_o, journey.light_d = dr.select(asks, towards.o, journey.light_o), dr.select(asks, towards.d, journey.light_d)

@@ -154,7 +154,12 @@ class Geometry:
         results = []
         if self.triangles:
             here = self.triangles.hold(hit.index)
-            results.append((here, self.triangles.surface(ray, hit.index, here, with_uv, with_tangents)))
+            if hit.record is None:
+                found = self.triangles.surface(ray, hit.index, here, with_uv, with_tangents)
+            else:
+                words = self.structure.words(hit.record, here)
+                found = self.triangles.plain_surface(ray, watertight.corners(words, hit.index))
+            results.append((here, found))
         for group in self.shapes:
             here = group.holds(hit.index)
             row = group.rows.row(hit.index - group.first, here)

@@ -54,7 +54,7 @@ def triangles(shapes, files, first, uv_shown, paths=False):
         corners[corner : corner + len(faces)] = faces
         corners[corner : corner + len(faces), :3] += np.uint32(vertex)
         vertex, corner = vertex + len(positions), corner + len(faces)
-    return _triangles(vertices, corners, first, bool(meshes))
+    return _triangles(vertices, corners, first, bool(meshes), len(shapes) == 1)
 
 
 def plain_triangles(vertices, faces):
@@ -64,10 +64,10 @@ def plain_triangles(vertices, faces):
     return _triangles(padded, corners, 0, of_meshes=True)
 
 
-def _triangles(vertices, corners, first, of_meshes):
+def _triangles(vertices, corners, first, of_meshes, one_shape=False):
     """Return Triangles of (V, 4 or 8) float32 and (F, 4) uint32."""
     arrays = from_host(Float, vertices.ravel()), from_host(UInt32, corners.ravel())
-    return Triangles(*arrays, vertices.shape[1], first, of_meshes)
+    return Triangles(*arrays, vertices.shape[1], first, of_meshes, one_shape)
 
 
 def _of_sheets(shapes, first, with_uv):

@@ -8,7 +8,7 @@ from renderer.accel.build import build
 from renderer.accel.bvh import Bvh
 from renderer.accel.grid import Grid
 from renderer.accel.nodes import assemble
-from renderer.accel.pairs import pair
+from renderer.accel.pairs import pair, turn_alike
 from renderer.accel.records import FREE, LEAF, PRIMITIVE, TAG, WORDS
 from renderer.core.backend import Float, UInt32, Vector3f
 from renderer.core.numeric import EPSILON, greater, lesser
@@ -19,7 +19,9 @@ def structure_over(triangles, groups=(), shapes=(), accel="bvh"):
     """Return the structure over Triangles, or None, and over those ShapeGroups of `shapes` that have a code."""
     parts = []
     if triangles is not None:
-        pairs = pair(*triangles.positions())
+        positions = triangles.positions()
+        pairs = pair(*positions)
+        triangles.as_in_records = triangles.plain and turn_alike(pairs, positions)
         corners = (pairs.v0, pairs.v1, pairs.v2, pairs.v3)
         lo = hi = corners[0]
         for corner in corners[1:]:

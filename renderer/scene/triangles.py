@@ -24,13 +24,16 @@ POINT_ROUNDOFFS = 8.0
 class Triangles:
     """Triangles by number, from `first` on in the compiled order of primitives."""
 
-    def __init__(self, vertices, corners, vertex_words, first, of_meshes):
+    def __init__(self, vertices, corners, vertex_words, first, of_meshes, one_shape=False):
         """Hold evaluated arrays: `vertices` (Float, `vertex_words` each), `corners` (UInt32, 4 each).
 
-        `of_meshes` tells whether some are a mesh's, so that a triangle's number is not its shape's.
+        `of_meshes` tells whether some are a mesh's, so that a triangle's number is not its shape's,
+        and `one_shape` whether all are of the shape with the number `first`.
         """
+        self._one_shape = one_shape
         self.first, self.count, self.of_meshes = first, len(corners) // CORNER_WORDS, of_meshes
         self._vertices, self._corners, self._words = vertices, corners, vertex_words
+        self.plain, self.as_in_records = vertex_words == PLAIN, False  # whether leaf records have all that surfaces are
 
     def hold(self, index):
         """Return whether a lane's primitive is one of these."""
@@ -58,6 +61,8 @@ class Triangles:
 
     def shape(self, index, active):
         """Return the shape of each active lane's triangle."""
+        if self._one_shape:
+            return UInt32(self.first)
         return dr.gather(UInt32, self._corners, CORNER_WORDS * (index - self.first) + 3, active)
 
     def surface(self, ray, index, active, with_uv, with_tangents=False):
@@ -67,6 +72,13 @@ class Triangles:
         words = [
             dr.gather(ArrayXf, self._vertices, corners[k], active, shape=(self._words, lanes)) for k in range(3)
         ]
+        return self._surface(ray, words, with_uv, with_tangents)
+
+    def plain_surface(self, ray, corners):
+        """Return the point where a ray meets its lane's triangle, given the corners; of a plain mesh without uv."""
+        return self._surface(ray, corners, False, False)
+
+    def _surface(self, ray, words, with_uv, with_tangents):
         v = [Vector3f(*(vertex[axis] for axis in range(3))) for vertex in words]
         b1, b2 = barycentric(Axes.of(ray), *v)
         b0 = 1 - b1 - b2
@@ -80,11 +92,11 @@ class Triangles:
         size = [greater(abs(a), greater(abs(b), abs(c))) for a, b, c in zip(*v)]
         rounding = dr.dot(abs(n_geo), Vector3f(*size)) * Float(POINT_ROUNDOFFS * EPSILON)
         found = Surface(mean(v), n_geo, rounding=rounding, n_smooth=n_geo)
-        if self._words == FULL:
+        if not self.plain:
             smooth = mean([Vector3f(vertex[4], vertex[5], vertex[6]) for vertex in words])
             length = dr.squared_norm(smooth)
             found.n_smooth = dr.select(length > TINY, smooth * dr.rsqrt(greater(length, Float(TINY))), n_geo)
-        uv = [Vector2f(vertex[3], vertex[7]) for vertex in words] if self._words == FULL else None
+        uv = [Vector2f(vertex[3], vertex[7]) for vertex in words] if with_uv | with_tangents and not self.plain else None
         if with_uv:
             found.uv = mean(uv) if uv else Vector2f(b1, b2)
         if with_tangents:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from renderer.accel import pairs as pairs_module
-from renderer.accel.pairs import MOST_AREA, NO_PRIMITIVE, pair
+from renderer.accel.pairs import MOST_AREA, NO_PRIMITIVE, pair, turn_alike
 from renderer.core.backend import NAME, Float, Vector3f
 
 LEAST_SHARE = 0.85  # of a closed mesh's triangles; only then a leaf's record is well filled
@@ -157,6 +157,8 @@ def test_two_triangles_with_any_winding(one, other):
     v, first, second = paired(corners)
     assert_valid(corners, v, first, second)
     assert first.tolist() == [0] and second.tolist() == [1]
+    lanes = vectors(corners)
+    assert turn_alike(pair(*lanes), lanes) == ((one == [0, 2, 1]) == (other == [2, 0, 3]))
 
 
 def test_one_common_corner_is_not_enough():
