@@ -35,7 +35,7 @@ from renderer.scene import loader  # noqa: E402
 SAMPLERS = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
 DARK = 0.01  # added to squared means, so that the error of black pixels stays finite
 HALVED = 2  # sides of all pictures but the first scene's
-REPEATS = 5  # at most, with a seed each
+REPEATS = 4  # at most, with a seed each
 SEEDS = 1000  # Mitsuba's begin here: equal seeds must not meet
 COURSEWORK, MESH = "coursework, area lights", "mesh of 100,000 triangles"
 LEAST, AIM = {COURSEWORK: 6.0, MESH: 1.5}, {COURSEWORK: 12.0, MESH: 3.0}
