@@ -317,8 +317,8 @@ class WalkingPathTracer(PathTracer):
 
 
 def _any(colour):
-    """Return whether any channel is greater than 0; False for NaN."""
-    return (colour.x > 0) | (colour.y > 0) | (colour.z > 0)
+    """Return whether any channel is not 0 or less; True for NaN, so that what went wrong is followed and noticed."""
+    return ~((colour.x <= 0) & (colour.y <= 0) & (colour.z <= 0))
 
 
 def _light_share(light, bsdf_pdf_sa):

@@ -10,6 +10,7 @@ from renderer.core.backend import Float
 from renderer.engine.render import render
 from renderer.integrators import path
 from renderer.scene.loader import from_dict, override
+from renderer.scene.scattering import Look
 from tests.support.documents import CAMERA
 
 CLOSE = 4.5  # standard errors that a mean may be off; one in 150,000 right ones is
@@ -144,3 +145,22 @@ def test_albedo_shows_what_bsdfs_reflect():
     channels = render(loaded).channels()
     seen = np.stack([channels[f"Albedo.{c}"] for c in "RGB"], axis=-1).reshape(-1, 3)
     assert {tuple(colour) for colour in seen.astype(float).round(5).tolist()} == {(0.0, 0.0, 0.0), *map(tuple, colours)}
+
+
+@pytest.mark.parametrize("accel", ["none", "bvh"])
+@pytest.mark.parametrize("part", ["direct light", "throughput"])
+def test_what_is_not_a_number_is_noticed(monkeypatch, part, accel):
+    """It makes its sample one that is left out and told, wherever it comes from."""
+    if part == "direct light":
+        monkeypatch.setattr(path, "_light_share", lambda light, pdf_sa: Float(math.nan))
+    else:
+        right = Look.sample
+
+        def wrong(self, wi, u, u2):
+            found = right(self, wi, u, u2)
+            found.weight = found.weight * Float(math.nan)
+            return found
+
+        monkeypatch.setattr(Look, "sample", wrong)
+    rendering = render(scene(STILL, [LAMP], background=(0.2, 0.3, 0.4), samples=16), accel=accel)
+    assert rendering.lost.count > 24 * 16 * 16 / 4 and rendering.lost.examples[0][0] == "nan"
