@@ -22,7 +22,7 @@ from renderer.core.backend import UInt32, Vector3f
 from renderer.engine.film import Film
 from renderer.engine.loop import pixel_corner, sample_pixels
 from renderer.engine.render import render
-from renderer.integrators import INTEGRATORS
+from renderer.integrators import integrator_of
 from renderer.samplers import KINDS as SAMPLERS
 from renderer.scene.tables import compile_camera, compile_scene
 
@@ -78,7 +78,7 @@ def lane_per_sample(loaded):
     description = loaded.description
     camera, pixels = description.camera, description.camera.width * description.camera.height
     scene, compiled_camera = compile_scene(loaded), compile_camera(camera)
-    integrator = INTEGRATORS["phong"](scene, description.nbounces)
+    integrator = integrator_of("phong")(scene, description.nbounces)
     together = min(TOGETHER, description.spp)
     lane = dr.arange(UInt32, pixels * together)
     pixel = lane // dr.opaque(UInt32, together)

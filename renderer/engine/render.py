@@ -15,7 +15,7 @@ from renderer.engine import tonemap as tonemapping
 from renderer.engine.filters import FILTERS
 from renderer.engine.loop import pixel_corner
 from renderer.engine.passes import Lost, Until, View, find_lost, refine
-from renderer.integrators import INTEGRATORS, first_hit
+from renderer.integrators import first_hit, integrator_of
 from renderer.samplers import KINDS as SAMPLERS
 from renderer.scene.arrange import AUTO
 from renderer.scene.schema import DEBUG_MODES, PATHTRACER
@@ -151,7 +151,7 @@ def _set_up(loaded, seed, accel, single):
     centred = mode in DEBUG_MODES or single and mode != PATHTRACER
     camera = description.camera
     return scene, View(
-        None if mode in DEBUG_MODES else INTEGRATORS[mode](scene, description.nbounces), compile_camera(camera),
+        None if mode in DEBUG_MODES else integrator_of(mode)(scene, description.nbounces), compile_camera(camera),
         SAMPLERS[description.sampler], camera.width, camera.height, seed, centred,
         FILTERS["box" if centred else description.filter](),
     )
