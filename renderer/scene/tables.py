@@ -10,12 +10,11 @@ from renderer.io.image import read_texture
 from renderer.lights import KINDS as LIGHTS
 from renderer.scene.arrange import AUTO, arrange
 from renderer.scene.compiled import NOT_TEXTURED, CompiledScene, LightGroup
-from renderer.scene.light_sources import environment_of
 from renderer.scene.media import exterior_indices
 from renderer.textures.bitmap import Atlas, Image
 from renderer.textures.checkerboard import Checkerboards
 
-CHECKERBOARD = "checkerboard"
+CHECKERBOARD, ENVIRONMENT = "checkerboard", "environment"
 PLAIN = (0, 0, 0, NOT_TEXTURED)
 
 
@@ -48,9 +47,19 @@ def compile_scene(loaded, accel=AUTO):
         has_mirrors=any(m.isreflective or m.isrefractive for m in materials),
         has_glass=any(m.isrefractive for m in materials),
         has_rough_mirrors=rough,
-        environment=environment_of(loaded, sampled=False) if loaded.description.rendermode == "phong" else None,
+        environment=_environment(loaded),
         random=random,
     )
+
+
+def _environment(loaded):
+    """Return the image around a phong scene, None where there is none."""
+    description = loaded.description
+    if description.rendermode != "phong" or all(light.type != ENVIRONMENT for light in description.scene.lightsources):
+        return None
+    from renderer.scene.light_sources import environment_of  # other scenes start faster without
+
+    return environment_of(loaded, sampled=False)
 
 
 def compile_camera(description):
