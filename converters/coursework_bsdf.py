@@ -1,4 +1,4 @@
-"""The coursework's material as a Mitsuba plugin: Lambert and a normalised Blinn-Phong lobe, with a share of mirror or glass.
+"""The coursework's material as a Mitsuba plugin: Lambert, a normalised Blinn-Phong lobe, a share of mirror or glass.
 
     value = (1 - s) (kd Cd / pi + ks Cs N(e) (n . h)^e) / m cos + s f_other
     N(e) = (e + 2) (e + 4) / (8 pi (2^(-e/2) + e)),  m = max(1, kd max Cd + ks max Cs)

@@ -122,7 +122,7 @@ class _Writer:
 
 
 def xml(plan, folder):
-    """Return the XML text and the files it names, {name: bytes, Pixels or Environment}, to be put in `folder` beside it."""
+    """Return the XML text and the files it names, {name: bytes, Pixels or Environment}, to be put in `folder`."""
     writer = _Writer(folder)
     writer.line(0, f'<scene version="{VERSION}">')
     for name, node in plan.children.items():

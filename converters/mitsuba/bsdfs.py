@@ -209,7 +209,8 @@ def _coursework(surface):
     if share == 1:
         return other, glass
     limit = max(1.0, material.kd * max(material.diffusecolor) + material.ks * max(material.specularcolor))
-    if share == 0 and material.ks * max(material.specularcolor) == 0 and (isinstance(colour, Colour) or material.kd == 1):
+    lambertian = share == 0 and material.ks * max(material.specularcolor) == 0
+    if lambertian and (isinstance(colour, Colour) or material.kd == 1):
         scaled = Colour(material.kd * c / limit for c in colour) if isinstance(colour, Colour) else colour
         return Node("bsdf", "diffuse", {"reflectance": scaled}), False
     if not surface.exact:

@@ -81,7 +81,8 @@ def both_sides(part):
 
 
 def _point(loaded, light):
-    return Node("emitter", "point", {"position": Point(map(float, light.position)), "intensity": colour(light.intensity)})
+    return Node("emitter", "point", {"position": Point(map(float, light.position)),
+                                     "intensity": colour(light.intensity)})
 
 
 def spot(light, intensity):

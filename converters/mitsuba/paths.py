@@ -61,8 +61,9 @@ def part_node(part, inside):
 def sensor(description):
     """Return the camera with the scene's filter and number of samples."""
     camera = description.camera
+    pixel_filter = Node("rfilter", description.filter, FILTERS[description.filter])
     film = Node("film", "hdrfilm", {"width": camera.width, "height": camera.height, "pixel_format": "rgb",
-                                    "component_format": "float32", "filter": Node("rfilter", description.filter, FILTERS[description.filter])})
+                                    "component_format": "float32", "filter": pixel_filter})
     common = {"fov": float(camera.fov), "fov_axis": "y", "near_clip": NEAR, "far_clip": FAR,
               "to_world": camera_matrix(camera), "film": film,
               "sampler": Node("sampler", "independent", {"sample_count": description.spp})}

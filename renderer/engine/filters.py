@@ -17,7 +17,7 @@ from renderer.core.backend import Float, UInt32, Vector2f
 from renderer.core.numeric import lesser
 
 DEVIATION, RADIUS = 0.5, 2.0  # pixels
-KNOTS = 512  # of an inverse distribution; each of its pieces stands for so small a share of the samples
+KNOTS = 512  # of an inverse distribution; the last piece stands for 1 / KNOTS^2 of the samples
 STEPS = 32 * KNOTS  # of the sum over one half of a filter
 
 
@@ -46,7 +46,10 @@ MITCHELL_ROOT = 8 / 7  # -7 x^3 + 36 x^2 - 60 x + 32 = -(x - 2)^2 (7 x - 8)
 
 
 def inverse_distribution(function, radius):
-    """Return KNOTS + 1 places from 0 to `radius` between which |function| has equal integrals."""
+    """Return KNOTS + 1 places from 0 to `radius`; beyond knot k lies (1 - k / KNOTS)^2 of the integral of |function|.
+
+    Filters vanish at their radius, so that places are about linear in k there, where equal shares would be far apart.
+    """
     width = radius / STEPS
     total, sums = 0.0, []
     for k in range(STEPS):
@@ -54,7 +57,7 @@ def inverse_distribution(function, radius):
         sums.append(total)
     places, k = [0.0], 0
     for knot in range(1, KNOTS):
-        wanted = total * knot / KNOTS
+        wanted = total * (1 - (1 - knot / KNOTS) ** 2)
         while sums[k] < wanted:
             k += 1
         inside = abs(function((k + 0.5) * width))
@@ -106,7 +109,7 @@ class Tabulated(Box):
 
     def _signed_place(self, u):
         """Return a place in (-RADIUS, RADIUS), monotonic in u, so that evenly spread numbers give such places."""
-        place = abs(dr.fma(u, 2, -1)) * KNOTS
+        place = (1 - dr.sqrt(1 - abs(dr.fma(u, 2, -1)))) * KNOTS
         knot = lesser(UInt32(place), UInt32(KNOTS - 1))
         piece = dr.gather(Vector2f, self._table, knot)
         return dr.mulsign(dr.fma(place - Float(knot), piece.y, piece.x), u - 0.5)

@@ -44,8 +44,8 @@ EVERYTHING = scene(
     {"type": "box", "min": [-0.3, -0.9, -0.8], "max": [0.1, -0.5, -0.4], "material": {"bsdf": {"type": "dielectric"}}},
     {"type": "triangle", "v0": [-1, 0.5, 0.3], "v1": [0.2, 0.6, 0.4], "v2": [-0.4, 1.1, 0.3], "material": MIXED,
      "emission": [0.3, 0.2, 0.1]},
-    FLOOR, lights=LIGHTS, camera={"type": "thinlens", "apertureRadius": 0.3, "focusDistance": 3.7, "width": 24, "height": 16}, filter="tent",
-    samples=64,
+    FLOOR, lights=LIGHTS, filter="tent", samples=64,
+    camera={"type": "thinlens", "apertureRadius": 0.3, "focusDistance": 3.7, "width": 24, "height": 16},
 )
 
 
@@ -64,7 +64,7 @@ def picture(whole):
 
 
 def batches(whole, seed):
-    """Return pictures by different seeds: dictionary and XML number lights in different orders, so that noise differs."""
+    """Return pictures by different seeds: the orders of lights differ between dictionary and XML, and so does noise."""
     return np.array([mi.render(whole, seed=seed + k).numpy() for k in range(LEAST_BATCHES)], np.float64)
 
 

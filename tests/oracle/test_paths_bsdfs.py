@@ -1,4 +1,4 @@
-"""Each way of scattering by itself, path traced, against Mitsuba; and a parameter that is a little wrong on our side."""
+"""Each way of scattering by itself, path traced, against Mitsuba; and a parameter a little wrong on our side."""
 
 import pytest
 
@@ -65,16 +65,18 @@ CASES = {
     "principled": of("principled", "basecolor", times(1.01), basecolor=[0.7, 0.4, 0.3]),
     "principled_roughness": of("principled", "roughness", times(1.05), 256, DIM, roughness=0.3, metallic=1.0),
     "principled_metallic": of("principled", "metallic", times(1.05), 256, metallic=0.6, roughness=0.4),
-    "principled_specular": of("principled", "specular", times(1.05), 256, basecolor=BLACKISH, specular=0.8, roughness=0.3),
+    "principled_specular": of("principled", "specular", times(1.05), 256, basecolor=BLACKISH, specular=0.8,
+                             roughness=0.3),
     "principled_speculartint": of("principled", "speculartint", 0.9, speculartint=1.0, specular=1.0, roughness=0.4,
                                   basecolor=[0.9, 0.3, 0.2]),
     "principled_anisotropic": of("principled", "anisotropic", times(0.9), 256, anisotropic=0.9, metallic=1.0,
                                  roughness=0.5),
     "principled_sheen": of("principled", "sheen", times(0.9), 256, basecolor=BLACKISH, specular=0.0, sheen=1.0),
-    "principled_sheentint": of("principled", "sheentint", 0.5, 256, basecolor=[0.05, 0.03, 0.02], specular=0.0, sheen=1.0,
-                               sheentint=1.0),
-    "principled_clearcoat": of("principled", "clearcoat", times(0.95), 256, basecolor=BLACKISH, specular=0.0, clearcoat=1.0),
-    "principled_clearcoatgloss": of("principled", "clearcoatgloss", 0.4, 256, DIM, clearcoat=1.0, clearcoatgloss=0.3,
+    "principled_sheentint": of("principled", "sheentint", 0.5, 256, basecolor=[0.05, 0.03, 0.02], specular=0.0,
+                               sheen=1.0, sheentint=1.0),
+    "principled_clearcoat": of("principled", "clearcoat", times(0.95), 256, basecolor=BLACKISH, specular=0.0,
+                               clearcoat=1.0),
+    "principled_clearcoatgloss": of("principled", "clearcoatgloss", 0.8, 256, DIM, clearcoat=1.0, clearcoatgloss=0.3,
                                     basecolor=BLACKISH, specular=0.0),
     "principled_all": of("principled", "basecolor", times(1.01), basecolor=[0.7, 0.4, 0.3], roughness=0.35,
                          metallic=0.3, specular=0.7, speculartint=0.4, anisotropic=0.5, sheen=0.6, sheentint=0.5,
@@ -86,7 +88,8 @@ CASES = {
     "coursework_constant": coursework("ks", times(1.02), specularexponent=0.0, ks=0.3),
     "coursework_bright": coursework("ks", times(1.03), 256, kd=0.9, ks=0.8, diffusecolor=[0.9, 0.5, 0.4]),
     "coursework_mirror": coursework("reflectivity", times(1.02), 256, isreflective=True, reflectivity=0.6),
-    "coursework_blurred": coursework("reflectivity", times(1.02), 256, isreflective=True, reflectivity=0.6, roughness=0.3),
+    "coursework_blurred": coursework("reflectivity", times(1.02), 256, isreflective=True, reflectivity=0.6,
+                                     roughness=0.3),
     "coursework_roughness": coursework("roughness", times(1.03), isreflective=True, reflectivity=1.0, roughness=0.3),
     "coursework_glass": coursework("reflectivity", times(1.01), 256, isrefractive=True, refractiveindex=1.5,
                                    reflectivity=0.6),

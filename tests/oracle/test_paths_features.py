@@ -7,7 +7,7 @@ import pytest
 
 from renderer.scene.loader import load, override
 from tests.support.paths import ours, theirs
-from tests.support.stats import demand_equal
+from tests.support.stats import P_LEAST, compare, demand_equal
 
 pytestmark = pytest.mark.oracle
 
@@ -24,7 +24,11 @@ def test_scene_file(name):
     """The scene file's picture has Mitsuba's expectation."""
     loaded = flat_lights(override(load(FOLDER / f"{name}.json"), width=SIZE[0], height=SIZE[1]))
     pictures = (side(loaded, SAMPLES)[:, HORIZON.get(name, EDGE):-EDGE, EDGE:-EDGE] for side in (ours, theirs))
-    demand_equal(*pictures, bound=BOUND)
+    if "filter" in name:  # whose tails bring a sample to a dark pixel so rarely that most such pixels have none
+        verdict = compare(*pictures)
+        assert verdict.coarse_p >= P_LEAST and verdict.bound < BOUND, verdict
+    else:
+        demand_equal(*pictures, bound=BOUND)
 
 
 def flat_lights(loaded):

@@ -33,15 +33,15 @@ LIGHTS = {
                   "intensity": [9, 8, 7]},
     "disklight_seen": {"type": "disklight", "position": [0.9, 0.5, -0.6], "normal": [0.6, 0.2, 1], "radius": 0.4,
                        "intensity": [4, 5, 3]},
-    "disklight_onesided": {"type": "disklight", "position": [0.9, 0.5, -0.6], "normal": [-0.8, -0.5, 0.6], "radius": 0.4,
-                           "intensity": [4, 5, 3], "twosided": False},
+    "disklight_onesided": {"type": "disklight", "position": [0.9, 0.5, -0.6], "normal": [-0.8, -0.5, 0.6],
+                           "radius": 0.4, "intensity": [4, 5, 3], "twosided": False},
 }
 SEVERAL = [LIGHTS["pointlight"], LIGHTS["arealight"], LIGHTS["disklight_seen"], LIGHTS["spot"], LIGHTS["directional"]]
 MANY = [{"type": "disklight", "position": [0.4 * (k % 5) - 0.8, 1.0 + 0.2 * (k % 3), 0.4 * (k // 5) - 0.8],
          "normal": [0.1 * (k % 4), -1, 0.1 * (k % 7)], "radius": 0.05 + 0.01 * (k % 4),
          "intensity": [3.0 + k % 5, 4.0, 7.0 - k % 3]} for k in range(25)]
 SAMPLES = {name: 256 for name in LIGHTS if name.startswith(("arealight", "disklight"))}  # shadows are noisy
-SAMPLES["arealight_onesided"] = 512
+SAMPLES |= {"arealight_onesided": 512, "arealight_turned": 512, "arealight_oblique": 512}
 INTENSITY = "scene.lightsources.0.intensity"
 
 CASES = {
@@ -55,7 +55,8 @@ CASES = {
     "spot_cutoff": Case(scene(BALL, FLOOR, lights=[LIGHTS["spot"]]), "scene.lightsources.0.cutoff", times(1.01)),
     "spot_beamwidth": Case(scene(BALL, FLOOR, lights=[LIGHTS["spot"]]), "scene.lightsources.0.beamwidth", times(1.03)),
     "lamp_size": Case(scene(BALL, FLOOR, lights=[LIGHTS["arealight"]]), "scene.lightsources.0.u", times(1.01), 256),
-    "disk_size": Case(scene(BALL, FLOOR, lights=[LIGHTS["disklight"]]), "scene.lightsources.0.radius", times(1.01), 256),
+    "disk_size": Case(scene(BALL, FLOOR, lights=[LIGHTS["disklight"]]), "scene.lightsources.0.radius", times(1.01),
+                      256),
 }
 
 

@@ -48,7 +48,8 @@ CASES = {
     "disk": shining(DISK),
     "plane": shining({"type": "plane", "point": [0, -0.9, 0], "normal": [0, 1, 0]}, 64, others=(WALL, BALL)),
     "mesh": shining(mesh("flat.ply", GREY, {"scale": 0.7})),
-    "mesh_turned": shining(mesh("flat.ply", GREY, {"scale": [0.5, 0.7, 0.6]}, {"rotate": {"axis": [0, 0, 1], "angle": 40}})),
+    "mesh_turned": shining(mesh("flat.ply", GREY, {"scale": [0.5, 0.7, 0.6]},
+                                {"rotate": {"axis": [0, 0, 1], "angle": 40}})),
     "mesh_mirrored": shining(mesh("flat.ply", GREY, {"scale": [-0.5, 0.7, 0.6]})),
     "inside_glass": shining({"type": "sphere", "center": [0.0, 0.1, 0.0], "radius": 0.55}, 256, others=(
         {"type": "sphere", "center": [0.0, 0.1, 0.0], "radius": 0.8, "material": {"bsdf": {"type": "dielectric"}}},

@@ -1,4 +1,4 @@
-"""Phong mode under other lights than points, against the exact counterpart; and a little of each changed, which is refused."""
+"""Phong mode under other lights than points, against the exact counterpart; a little of each changed is refused."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Both sides of a comparison of path-traced pictures: batches of ours, batches of Mitsuba's, and small scenes for them."""
+"""Both sides of a comparison of path-traced pictures: batches of ours and of Mitsuba's, and small scenes for them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from renderer.core.backend import Float
 from renderer.engine.film import Film
 from renderer.engine.filters import FILTERS
 from renderer.engine.passes import View
-from renderer.integrators import INTEGRATORS
+from renderer.integrators import integrator_of
 from renderer.samplers import KINDS as SAMPLERS
 from renderer.scene.arrange import AUTO
 from renderer.scene.loader import load
@@ -31,7 +31,7 @@ CAMERA = {"type": "pinhole", "width": SIZE[0], "height": SIZE[1], "position": [0
 
 
 def scene(*shapes, lights=(), camera=None, bounces=4, sampler="independent", **settings):
-    """Return a document of mode `pathtracer`; keys of the scene itself, as `background`, come before those of the file."""
+    """Return a document of mode `pathtracer`; `settings` are keys of the file, and `background`."""
     world = {"backgroundcolor": settings.pop("background", [0.0, 0.0, 0.0]), "lightsources": list(lights),
              "shapes": list(shapes)}
     return {"nbounces": bounces, "rendermode": "pathtracer", "sampler": sampler, **settings,
@@ -40,7 +40,7 @@ def scene(*shapes, lights=(), camera=None, bounces=4, sampler="independent", **s
 
 def seeds(loaded):
     """Return a seed for us and the first of Mitsuba's: another pair for each scene, so that luck is not shared."""
-    digest = zlib.crc32(repr(loaded.description).encode())
+    digest = zlib.crc32(loaded.source.text.encode())
     return digest & 0xFFFFFF, digest >> 8
 
 
@@ -58,7 +58,7 @@ def ours(loaded, samples):
     """Return (LEAST_BATCHES, H, W, 3) independent pictures of so many samples a pixel, rendered at once."""
     description = loaded.description
     width, height = description.camera.width, description.camera.height
-    integrator = INTEGRATORS[description.rendermode](compile_paths(loaded, AUTO), description.nbounces)
+    integrator = integrator_of(description.rendermode)(compile_paths(loaded, AUTO), description.nbounces)
     view = _Tall(integrator, compile_camera(description.camera), SAMPLERS[description.sampler], width,
                  LEAST_BATCHES * height, seeds(loaded)[0], pixel_filter=FILTERS[description.filter]())
     film = view.expose(Film.empty(width * view.height, signed=view.pixel_filter.signed), 0, samples)
@@ -72,7 +72,9 @@ def ours(loaded, samples):
 def theirs(loaded, samples):
     """Return (LEAST_BATCHES, H, W, 3) pictures of Mitsuba's path integrator."""
     whole = mi.load_dict(export.to_dict(loaded, exact=True))
-    return np.array([mi.render(whole, spp=samples, seed=seeds(loaded)[1] + k).numpy() for k in range(LEAST_BATCHES)], np.float64)
+    first = seeds(loaded)[1]
+    batches = [mi.render(whole, spp=samples, seed=first + k).numpy() for k in range(LEAST_BATCHES)]
+    return np.array(batches, np.float64)
 
 
 @dataclass(frozen=True, eq=False)

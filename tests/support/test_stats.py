@@ -88,6 +88,15 @@ def test_too_few_samples_do_not_pass():
         demand_equal(batches(rng), batches(rng, factor=1.02))
 
 
+def test_samples_too_rare_for_single_pixels():
+    """Where few pixels have a bright sample at all, pixels give false alarms, and squares of them do not."""
+    rng = np.random.default_rng(9)
+    rare = [batches(rng, noise=1e-3) + 0.05 * rng.poisson(0.04, (BATCHES, *SIZE)) for _ in range(2)]
+    even = batches(rng, noise=1e-3) + 0.05 * 0.04
+    assert compare(rare[0], even).p < 1e-4 < compare(rare[0], even).coarse_p
+    assert compare(rare[0] * 1.02, even).coarse_p < 1e-4
+
+
 def test_unusable_pictures_are_no_pictures():
     """Too few batches, and values that are not finite, are mistakes of the test."""
     rng = np.random.default_rng(8)
