@@ -111,7 +111,7 @@ def test_hdr_of_old_runs_is_read(tmp_path):
 def test_mitsuba_reads_the_same_hdr(tmp_path):
     """Another reader agrees about scale, order and runs."""
     mi = pytest.importorskip("mitsuba")
-    mi.set_variant("scalar_rgb")
+    mi.set_variant("llvm_ad_rgb")
     path = hdr(tmp_path / "sky.hdr", (40, 3), packed(mantissas(40, 3)))
     expected = np.array(mi.Bitmap(str(path)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False))
     np.testing.assert_allclose(image.read_environment(path), expected, rtol=1e-6)
