@@ -2,8 +2,9 @@
 
 A lane is at one record, a node or a leaf: both have one size, so that a single fetch serves lanes that are at either.
 Of a node it enters the nearest child that the ray meets; the others wait on the stack as one word, in their order:
-the first child's record, and three slots of two bits, the last one repeated to mark the end. All lanes do both tests in
-every step, because to fetch a record costs more than to compute.
+the first child's record, and three slots of two bits, the last one repeated to mark the end. The last few words are in
+registers, where lanes shift them up and down; memory, which lanes reach one by one, holds the others. All lanes do both
+tests in every step, because to fetch a record costs more than to compute.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from renderer.core.errors import RenderError
 from renderer.core.numeric import greater, lesser, widened
 
 STACK_TOP = MAX_DEPTH - 1  # in the kernel as a literal, because Dr.Jit 1.5 knows stacks of different sizes as the same
+REGISTERS = 6  # entries of the stack that are not in memory
 SLOT_BITS, SLOT = 2, 3
 WAITING_BITS = 3 * SLOT_BITS
 MAX_RECORDS = 1 << (32 - WAITING_BITS)
@@ -32,6 +34,7 @@ class Walk:
 
     record: UInt32
     height: UInt32  # entries on the stack
+    top: list  # those that were pushed last, UInt32, the very last one first; others in the order in which they came
     stack: dr.Local
 
 
@@ -61,15 +64,12 @@ class Bvh:
 
     def start(self, lanes):
         """Return lanes at the root."""
-        return Walk(dr.zeros(UInt32, lanes), dr.zeros(UInt32, lanes), dr.alloc_local(UInt32, MAX_DEPTH))
+        top = [dr.zeros(UInt32, lanes) for _ in range(REGISTERS)]
+        return Walk(dr.zeros(UInt32, lanes), dr.zeros(UInt32, lanes), top, dr.alloc_local(UInt32, MAX_DEPTH))
 
     def fetch(self, walk, active):
-        """Return what `step` reads from memory: the lane's record, and the top of its stack where there is one.
-
-        The stack is read whether that is needed or not, so that nothing waits for it later.
-        """
-        filled = active & (walk.height > 0)
-        return read(self._records, walk.record, active), walk.stack.read(dr.select(filled, walk.height - 1, 0), filled)
+        """Return what `step` reads from memory."""
+        return read(self._records, walk.record, active)
 
     def step(self, walk, fetched, slabs, t, index, leaf, active, any_hit, jump=False):
         """Return the walk one record further, the closest hit so far, and which lanes are not yet done.
@@ -77,8 +77,8 @@ class Bvh:
         Lanes with `any_hit` are done as soon as something closer than their t was met. `jump` is for coherent rays:
         leaf tests are jumped over where no lane of a packet is at a leaf.
         """
-        words, top = fetched
-        walk, goes_on, here = self._follow(walk, words, top, _entries(words, slabs, t), active)
+        words = fetched
+        walk, goes_on, here = self._follow(walk, words, _entries(words, slabs, t), active)
 
         def test(t, index, closer):
             return closest(t, index, here, *leaf(words))
@@ -87,23 +87,23 @@ class Bvh:
         t, index, closer = dr.if_stmt(state, here, test, lambda *state: state, label="leaf") if jump else test(*state)
         return walk, t, index, goes_on if any_hit is False else goes_on & ~(closer & any_hit)
 
-    def _follow(self, walk, words, top, entries, active):
+    def _follow(self, walk, words, entries, active):
         """Return the walk at its next record, whether there is one, and which lanes were at a leaf."""
         at_leaf = words[TAG] >= LEAF
         nearest, *others = _sorted(entries)
-        enters = (nearest != MISSED) & ~at_leaf
+        enters = active & (nearest != MISSED) & ~at_leaf
 
         # what waits: the other children, or what is left on top of the stack when its next child is taken
         pushes = enters & (others[0] != MISSED)
-        pops = ~enters & (walk.height > 0)
+        pops = active & ~enters & (walk.height > 0)
+        top = walk.top[0]
         next_slot, rest, keeps = _take(top)
-        keeps &= pops
-        place = lesser(dr.select(pushes, walk.height, walk.height - 1), UInt32(STACK_TOP))
-        walk.stack.write(dr.select(pushes, _waiting(words[TAG], others), rest), place, (pushes | keeps) & active)
-        height = dr.select(pushes, walk.height + 1, dr.select(pops & ~keeps, walk.height - 1, walk.height))
+        drops = pops & ~keeps
         following = dr.select(enters, words[TAG] + (nearest & SLOT), (top >> WAITING_BITS) + next_slot)
-        walk = Walk(dr.select(active, following, walk.record), dr.select(active, height, walk.height), walk.stack)
-        return walk, active & (enters | pops), active & at_leaf
+        place = dr.select(enters | pops, following, walk.record)
+        walk = _stacked(walk, pushes, drops, dr.select(pops, rest, top), _waiting(words[TAG], others))
+        walk.record = place
+        return walk, enters | pops, active & at_leaf
 
     def trace_groups(self, rays, hits, leaves):
         """Return [(distance, index)] of the closest hit of each of a lane's valid rays, which share one walk.
@@ -115,11 +115,11 @@ class Bvh:
         hits = [tuple(widened(part, lanes) for part in hit) for hit in hits]
 
         def step(walk, active, hits):
-            words, top = self.fetch(walk, active)
+            words = self.fetch(walk, active)
             farthest = hits[0][0]
             for t, _ in hits[1:]:
                 farthest = greater(t, farthest)
-            walk, goes_on, here = self._follow(walk, words, top, _entries(words, slabs, farthest), active)
+            walk, goes_on, here = self._follow(walk, words, _entries(words, slabs, farthest), active)
 
             def test(hits):
                 return [closest(t, index, here, *leaf(words))[:2] for leaf, (t, index) in zip(leaves, hits)]
@@ -140,6 +140,29 @@ class Bvh:
         state = self.start(lanes), t, index, active
         _, t, index, _ = dr.while_loop(state, lambda walk, t, index, active: active, step, label="bvh")
         return t, index
+
+
+def _stacked(walk, pushes, drops, top, entry):
+    """Return the walk with `top` on top, and then lanes' entries added to the stack or taken from it.
+
+    Only what registers do not hold goes to memory; a loop of no more than one turn jumps over that.
+    """
+    old, height = walk.top, walk.height
+    over, under = pushes & (height >= REGISTERS), drops & (height > REGISTERS)
+
+    def exchange(waits, last, stack):
+        place = lesser(dr.select(over, height - REGISTERS, height - (REGISTERS + 1)), UInt32(STACK_TOP))
+        found = stack.read(place, waits & under)
+        stack.write(last, place, waits & over)
+        return waits & False, dr.select(under, found, last), stack
+
+    _, last, stack = dr.while_loop(
+        (over | under, old[-1], walk.stack), lambda waits, last, stack: waits, exchange, label="stack"
+    )
+    below, above = [entry, top, *old[1:-1]], [*old[1:], last]
+    new = [dr.select(pushes, b, dr.select(drops, a, o)) for b, a, o in zip(below, above, [top, *old[1:]])]
+    height = dr.select(pushes, height + 1, dr.select(drops, height - 1, height))
+    return Walk(walk.record, height, new, stack)
 
 
 def _entries(words, slabs, t):

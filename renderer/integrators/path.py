@@ -310,7 +310,7 @@ class WalkingPathTracer(PathTracer):
     def _sent(journey, where, to_light, end):
         """Return the journey with the rays `where` at the root of the hierarchy, to go up to the distance `end`."""
         walk = journey.walk
-        journey.walk = Walk(dr.select(where, 0, walk.record), dr.select(where, 0, walk.height), walk.stack)
+        journey.walk = Walk(dr.select(where, 0, walk.record), dr.select(where, 0, walk.height), walk.top, walk.stack)
         journey.t, journey.index = dr.select(where, end, journey.t), dr.select(where, NO_SHAPE, journey.index)
         journey.to_light, journey.begins = dr.select(where, to_light, journey.to_light), where | journey.begins
         return journey

@@ -176,6 +176,16 @@ def test_a_million_equal_triangles(rng):
     assert time.process_time() - began < 10
 
 
+@pytest.mark.parametrize("registers", [1, 2, 3, 20])
+def test_stack_continues_in_memory(monkeypatch, rng, registers):
+    """However few entries registers hold, the same is found; 20 are more than this hierarchy needs."""
+    corners = soup("soup", rng)
+    o, d = rays_among(corners, rng, RAYS)
+    expected = closest(geometry(corners, "none"), lanes(o, d))
+    monkeypatch.setattr(bvh_module, "REGISTERS", registers)
+    assert_same(closest(geometry(corners, "bvh"), lanes(o, d)), expected)
+
+
 def test_no_lanes_wait_for_others(rng):
     """Inactive lanes keep what they were given, and do not change what the others find."""
     corners = soup("soup", rng)
