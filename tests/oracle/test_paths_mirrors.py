@@ -28,6 +28,8 @@ PANE = {"type": "rectangle", "center": [0.8, -0.1, 0.6], "u": [1.0, 0.1, -0.9], 
 ROUND = {"type": "disk", "center": [0.6, -0.6, 0.2], "normal": [-0.5, 0.7, -0.6], "radius": 0.5, "material": MIRROR}
 SHARD = {"type": "triangle", "v0": [0.2, -0.9, 0.8], "v1": [1.3, -0.8, 0.1], "v2": [0.9, 0.6, 0.7], "material": MIRROR}
 BLOCK = {"type": "box", "min": [-0.5, -0.9, -0.6], "max": [-0.2, -0.2, -0.3], "material": GREY}
+AT_BALL = {"type": "disklight", "position": [-0.336, 0.08, -0.31], "normal": [0.707, -0.424, 0.566], "radius": 0.12,
+           "intensity": [90, 80, 70], "twosided": False}  # so near that most of its light goes over the ball
 SHINING = {"type": "rectangle", "center": [-0.9, 0.8, 0.0], "u": [0.4, 0, 0.2], "v": [0, 0.4, 0.1], "material": MIRROR,
            "emission": [9, 8, 7]}
 
@@ -42,6 +44,7 @@ SCENES = {
     "ball_painted": lit({**BALL, "material": PAINTED}),
     "ball_two_bounces": lit(BALL, bounces=2),
     "ball_one_bounce": lit(BALL, bounces=1),
+    "ball_alone_lights": lit(BALL, bounces=2, lights=[AT_BALL]),
     "balls": lit(BALL, SMALL),
     "pane": lit(PANE),
     "disk": lit(ROUND),
@@ -62,7 +65,8 @@ SCENES = {
 }
 SAMPLES = 256
 TWINS = {  # what is changed without the way over mirrors, and must be refused
-    "ball": ("scene.shapes.0.radius", times(1.02)), "pane": ("scene.shapes.0.material.bsdf.reflectance", times(0.95)),
+    "ball": ("scene.shapes.0.radius", times(1.02)), "ball_alone_lights": ("scene.shapes.0.radius", times(1.01)),
+    "pane": ("scene.shapes.0.material.bsdf.reflectance", times(0.95)),
     "balls": ("scene.shapes.1.center", [-0.9, -0.5, 0.4]), "two_lamps": ("scene.lightsources.1.intensity", times(1.02)),
     "ball_painted": ("scene.shapes.0.material.reflectivity", times(1.03)), "ball_two_bounces": ("nbounces", 3),
     "one_sided": ("scene.lightsources.0.twosided", True),
