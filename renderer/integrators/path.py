@@ -36,7 +36,7 @@ DIMENSIONS = 6  # of a vertex
 CHOICES, ON_LIGHT, DIRECTION, ROULETTE, MIRROR, ON_LAMP = range(DIMENSIONS)
 ROULETTE_DEPTH = 4  # bounces before it
 MOST_SURVIVAL = 0.95  # so that no path goes on for ever
-STEPS = 5  # through the hierarchy between shadings
+STEPS = 5  # through the hierarchy between shadings, at most
 
 
 @dataclass
@@ -279,14 +279,21 @@ class WalkingPathTracer(PathTracer):
         t, index = scene.loose_hit(ray, journey.t)
         t, index = dr.select(journey.begins, t, journey.t), dr.select(journey.begins, index, journey.index)
         active = slabs.valid & ~(journey.to_light & (index != NO_SHAPE))
-        walk, record = journey.walk, journey.record
-        for _ in range(STEPS):
+
+        def one(k, walk, t, index, record, active):
             at, before = walk.record, index
             walk, t, index, active = structure.step(
                 walk, structure.fetch(walk, active), slabs, t, index, leaf, active, journey.to_light
             )
             if self._by_record:
                 record = dr.select(index == before, record, at)
+            return k + 1, walk, t, index, record, active
+
+        # a loop, because less code runs faster, and because packets without a lane on its way are done at once
+        _, walk, t, index, record, active = dr.while_loop(
+            (dr.zeros(UInt32, dr.width(t)), journey.walk, t, index, journey.record, active),
+            lambda k, walk, t, index, record, active: active & (k < STEPS), one, label="steps",
+        )
         arrived = ~active & journey.to_light
         radiance = dr.select(arrived & (index == NO_SHAPE), journey.pending, 0)
 
