@@ -1,4 +1,4 @@
-"""The path-traced scenes that are measured, as documents of the scene format; figures of the first are the coursework's."""
+"""The path-traced scenes that are measured, as documents of the scene format."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ import numpy as np
 from benchmarks.measure import ROOT
 from benchmarks.mesh_scenes import bumpy
 
-GREY, RED, GREEN = ({"bsdf": {"type": "diffuse", "reflectance": c}} for c in ([0.7] * 3, [0.6, 0.1, 0.1], [0.1, 0.5, 0.15]))
+GREY, RED, GREEN = (
+    {"bsdf": {"type": "diffuse", "reflectance": colour}} for colour in ([0.7] * 3, [0.6, 0.1, 0.1], [0.1, 0.5, 0.15])
+)
 LIGHTS_A_SIDE = 10  # of a cube of lights
 
 
@@ -116,7 +118,8 @@ def write_sky(path, width=512, height=256):
     sky = np.where(elevation > 0, 0.4 + 0.5 * elevation * [0.4, 0.7, 1.0], [0.15, 0.12, 0.1])
     image = np.broadcast_to(sky, (height, width, 3)).astype(np.float32).copy()
     image[60:66, 350:356] = [900.0, 800.0, 600.0]
-    OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, {"RGB": image}).write(str(path))
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    OpenEXR.File(header, {"RGB": image}).write(str(path))
 
 
 def write_ply(path, vertices, faces):

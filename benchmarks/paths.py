@@ -53,17 +53,17 @@ def measure(effort):
         rows.append(row)
         samplers += table
     process = _process(effort)
-    figures = [Figure(f"{COURSEWORK}, samples per second beside Mitsuba", "x", HIGHER,
-                      rows[0]["speed with Mitsuba's estimator, x Mitsuba"]["median"], LEAST_SPEED, AIM_SPEED)]  # fmt: skip
+    speed = rows[0]["speed with Mitsuba's estimator, x Mitsuba"]["median"]
+    figures = [Figure(f"{COURSEWORK}, samples per second beside Mitsuba", "x", HIGHER, speed, LEAST_SPEED, AIM_SPEED)]
     figures += [
-        Figure(f"{row['scene']}, error x time beside Mitsuba's best sampler", "x", HIGHER, row["error x time, x Mitsuba"],
-               LEAST.get(row["scene"], LEAST_ELSEWHERE), AIM.get(row["scene"], AIM_ELSEWHERE))
+        Figure(f"{row['scene']}, error x time beside Mitsuba's best sampler", "x", HIGHER,
+               row["error x time, x Mitsuba"], LEAST.get(row["scene"], LEAST_ELSEWHERE),
+               AIM.get(row["scene"], AIM_ELSEWHERE))
         for row in rows
     ]  # fmt: skip
-    figures += [
-        Figure("path-traced picture, peak memory", "MB", LOWER, process["peak memory, many samples (MB)"]["median"], *MEMORY),
-        Figure("path-traced picture, first one, warm", "s", LOWER, process["first picture, warm (s)"]["median"], *FIRST_PICTURE),
-    ]  # fmt: skip
+    peak, first = (process[key]["median"] for key in ("peak memory, many samples (MB)", "first picture, warm (s)"))
+    figures.append(Figure("path-traced picture, peak memory", "MB", LOWER, peak, *MEMORY))
+    figures.append(Figure("path-traced picture, first one, warm", "s", LOWER, first, *FIRST_PICTURE))
     return result(figures, paths=rows, processes=[process], **{"Mitsuba's samplers": samplers})
 
 

@@ -6,9 +6,10 @@ from renderer.core.numeric import TINY, greater
 
 
 def power_heuristic(pdf, other_pdf):
-    """Return the weight of a sample with density `pdf` that the other strategy finds with `other_pdf` [Veach1997, sec. 9.2.4].
+    """Return the weight of a sample with density `pdf` that the other strategy finds with `other_pdf`.
 
-    Both of the same measure; from the quotient, so that squares cannot overflow. `pdf` 0 gives 0 unless both are 0.
+    Both are of the same measure; squares of their quotient cannot overflow early. `pdf` 0 gives 0 unless both are 0.
+    Source: [Veach1997, sec. 9.2.4].
     """
     quotient = other_pdf / greater(pdf, TINY)
     return dr.rcp(1 + dr.square(quotient))

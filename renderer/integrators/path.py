@@ -77,7 +77,7 @@ class Vertex:
     distance: Float | None  # of the light, scene units
     alive: Bool  # whether the path goes on
     path: Path  # along its next segment
-    reflected: Vector3f | None = None  # also reaches it where `towards_mirror` meets the mirror of `way`, and then the lamp
+    reflected: Vector3f | None = None  # also reaches it where `towards_mirror` meets the mirror of `way`, then the lamp
     towards_mirror: Ray | None = None
     way: Reflection | None = None
 
@@ -183,8 +183,8 @@ class PathTracer:
         if lighting.has_lights and scattering.smooth:
             light = lighting.sample(surface.p, choices.x, draws.u2(dimension + ON_LIGHT))
             value, pdf_sa = look.evaluate(wi, light.wo)
-            direct = path.throughput * value * light.radiance * (_light_share(light, pdf_sa) / greater(light.pdf_sa, Float(TINY)))
-            vertex.direct = dr.select(active, direct, 0)
+            share = _light_share(light, pdf_sa) / greater(light.pdf_sa, Float(TINY))
+            vertex.direct = dr.select(active, path.throughput * value * light.radiance * share, 0)
             vertex.towards_light, vertex.distance = leave(surface, hit.index, light.wo), light.distance
 
         scattered = look.sample(wi, choices.y, draws.u2(dimension + DIRECTION))

@@ -5,10 +5,11 @@ scenes with mirrors. A flat mirror shows the point's mirror image. On a ball, se
 both directions make the same angle with the normal: Alhazen's problem, solved by Newton's method in the plane of the
 two points and the middle, between the last places that either point can see.
 
-A bundle of rays of solid angle w from p that meets the mirror after d1, at an angle of cosine c, and goes on for d2, has
-the cross section w (d1 + d2 a)(d1 + d2 b), where a = b = 1 for a flat mirror, and on a ball of radius r, in the plane of
-reflection and across, a = 1 + 2 d1 / (r c) and b = 1 + 2 d1 c / r, by Coddington's equations [Born1999, sec. 4.6]. This
-turns the density of points on the lamp into one of directions at p, by which both ways to find the light are weighted.
+A bundle of rays of solid angle w from p that meets the mirror after d1, at an angle of cosine c, and goes on for d2,
+has the cross section w (d1 + d2 a)(d1 + d2 b), where a = b = 1 for a flat mirror, and on a ball of radius r, in the
+plane of reflection and across, a = 1 + 2 d1 / (r c) and b = 1 + 2 d1 c / r, by Coddington's equations
+[Born1999, sec. 4.6]. This turns the density of points on the lamp into one of directions at p, by which both ways to
+find the light are weighted.
 
 Only flat lamps and few mirrors count, and single reflections; whatever else mirrors show is found by chance.
 """

@@ -69,7 +69,8 @@ class Scattering:
         parts = self._parts(shape, surface, active)
         if self._relief is not None:
             return Look(self._relief.frame(shape, surface, active), parts, surface.n_shade)
-        return Look(Frame.along(surface.n_shade, surface.dp_du) if self.with_tangents else Frame.of(surface.n_shade), parts)
+        n = surface.n_shade
+        return Look(Frame.along(n, surface.dp_du) if self.with_tangents else Frame.of(n), parts)
 
     def albedo(self, shape, surface, active):
         """Return the colour that tells the material of each lane's shape apart."""
@@ -101,7 +102,7 @@ class Look:
     """What each lane's surface does to light. Directions are in the world, and point away from the surface."""
 
     def __init__(self, frame, parts, n_shade=None):
-        """Hold shading frames, parts (group, lanes of that kind, their parameters), and the normals that maps turned."""
+        """Hold frames, parts (group, lanes of that kind, their parameters), and the normals that maps turned."""
         self._frame, self._parts, self._n_shade = frame, parts, n_shade
 
     def sample(self, wi, u, u2):

@@ -93,7 +93,7 @@ def test_flat_mirror_shows_the_image():
     np.testing.assert_allclose(section, whole**2, rtol=1e-3)
 
 
-def area_by_differences(wo, p, q, bend=1.0):
+def area_by_differences(wo, p, q):
     """Return the cross section at q per solid angle, from four rays next to each direction wo, in double precision."""
     t = unit(np.cross(wo, unit(rng.normal(size=wo.shape))))
     b, step, ends = np.cross(wo, t), 1e-6, []
@@ -105,7 +105,6 @@ def area_by_differences(wo, p, q, bend=1.0):
             along = -(f * d).sum(-1)
             x = p + (along - np.sqrt(RADIUS**2 - ((f + along[:, None] * d) ** 2).sum(-1)))[:, None] * d
             out = mirrored(d, unit(x - CENTRE))
-            axis = unit(q - (p + 0))  # any plane through q would do; that across the middle ray is taken below
             pair.append((x, out))
         ends.append(pair)
     x, out = (0.25 * sum(part[k] for pair in ends for part in pair) for k in range(2))
@@ -114,7 +113,7 @@ def area_by_differences(wo, p, q, bend=1.0):
     for (x0, d0), (x1, d1) in ends:
         hits = [xk + (((q - xk) * out).sum(-1) / (dk * out).sum(-1))[:, None] * dk for xk, dk in ((x0, d0), (x1, d1))]
         flow.append((hits[1] - hits[0]) / (2 * step))
-    return np.linalg.norm(np.cross(*flow), axis=1) * bend
+    return np.linalg.norm(np.cross(*flow), axis=1)
 
 
 def test_bundles_widen_as_rays_next_to_each_other_do():
