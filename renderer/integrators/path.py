@@ -298,7 +298,7 @@ class WalkingPathTracer(PathTracer):
         radiance = dr.select(arrived & (index == NO_SHAPE), journey.pending, 0)
 
         ended = ~active & ~journey.to_light
-        vertex = self._vertex(journey.path, Hit(t, dr.select(ended, index, NO_SHAPE), record), draws)
+        vertex = self._reached(journey.path, Hit(t, dr.select(ended, index, NO_SHAPE), record), draws)
         radiance += dr.select(ended, vertex.radiance, 0)
         onward, asks = ended & vertex.alive, Bool(False)
         journey = Journey(dr.select(ended, vertex.path, journey.path), journey.goes_on, journey.to_light, Bool(False),
@@ -312,6 +312,20 @@ class WalkingPathTracer(PathTracer):
         follows = (onward & ~asks) | (arrived & journey.goes_on)
         journey.goes_on = dr.select(ended, onward, journey.goes_on)
         return radiance, active | asks | follows, self._sent(journey, follows, Bool(False), Float(FAR))
+
+    def _reached(self, path, hit, draws):
+        """Return the Vertex at a segment's end; packets whose segments have all hit nothing are not shaded."""
+        lighting, smooth = self._scene.lighting, self._scene.scattering.smooth
+        behind = self.missed(path) if lighting.has_background else Vector3f(0)
+
+        def skipped(path, hit):
+            if not (lighting.has_lights and smooth):
+                return Vertex(behind, None, None, None, Bool(False), path)
+            return Vertex(behind, Vector3f(0), path.ray, Float(0), Bool(False), path)
+
+        return dr.if_stmt(
+            (path, hit), hit.valid, lambda path, hit: self._vertex(path, hit, draws), skipped, label="shading"
+        )
 
     @staticmethod
     def _sent(journey, where, to_light, end):
