@@ -50,6 +50,9 @@ def main(arguments=None):
         return FAILED
     if options.json:
         options.json.write_text(json.dumps(results, indent=2) + "\n")
+    elif options.update:
+        results = table.updated(results, list(BENCHMARKS))
+        table.write(results)
     elif not (options.names or options.quick or options.triangles):
         table.write(results)
     print(table.page(results))
@@ -72,6 +75,9 @@ def _parser():
     parser.add_argument("names", nargs="*", metavar="NAME",
                         help=f"only these: {', '.join(BENCHMARKS)} (default: {', '.join(BENCHMARKS)})")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the results there instead")
+    parser.add_argument("--update", action="store_true",
+                        help="put the results of these in the place of theirs in benchmarks/results.json, tables and "
+                        "documents, and say when they were taken")
     parser.add_argument("--quick", action="store_true", help="small pictures and few repeats: does it work?")
     parser.add_argument("--triangles", type=int, metavar="N",
                         help=f"size of the largest mesh, 1 to {LARGEST_MESH} (default: {FULL.triangles})")
@@ -86,6 +92,8 @@ def _complaint(options, names):
             near = difflib.get_close_matches(name, BENCHMARKS, n=1)
             hint = f", did you mean '{near[0]}'?" if near else ""
             return f"unknown benchmark '{name}'{hint} (there are: {', '.join(BENCHMARKS)})"
+    if options.update and (not options.names or options.quick or options.triangles is not None or options.json):
+        return "--update goes with names of benchmarks, measured in full, and not with --json"
     if options.json and (options.json.is_dir() or not os.access(options.json.resolve().parent, os.W_OK)):
         return f"cannot write to '{options.json}'"
     if options.triangles is not None and not 1 <= options.triangles <= LARGEST_MESH:

@@ -31,6 +31,15 @@ def page(results):
     return "\n\n".join(parts) + "\n"
 
 
+def updated(results, names):
+    """Return the committed results with those of some benchmarks in the place of theirs, in the order of `names`."""
+    committed = json.loads(RESULTS.read_text())
+    measured = {key: results["machine"][key] for key in ("date", "commit", "load_before")}
+    found = {name: one | {"measured": measured} for name, one in results["benchmarks"].items()}
+    found = committed["benchmarks"] | found
+    return committed | {"benchmarks": {name: found[name] for name in names if name in found}}
+
+
 def machine(results):
     """Return where, when and with what effort the numbers were taken."""
     m = results["machine"]
@@ -40,6 +49,11 @@ def machine(results):
     effort = results["effort"]
     told += (f" Pictures of {effort['width']} x {effort['height']}, {effort['samples']} samples a pixel where many are "
              f"meant, {effort['repeats']} repeats.")
+    for name, found in results["benchmarks"].items():
+        if "measured" in found:
+            other = found["measured"]
+            told += (f" `{name}` was measured on {other['date']}, commit {other['commit']}, with "
+                     f"{other['load_before']} processes running when it began.")
     if m["load_before"] > QUIET_LOAD:
         told += f" **The machine was not quiet**: {m['load_before']} processes ran when the measurements began."
     return told

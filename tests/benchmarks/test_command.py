@@ -29,6 +29,8 @@ def measured(monkeypatch):
     (["everything"], "unknown benchmark 'everything' (there are: whole_process,"),
     (["throughput", "--json", "/no/such/folder/x.json"], "cannot write to '/no/such/folder/x.json'"),
     (["throughput", "--json", "/"], "cannot write to '/'"),
+    (["--update"], "--update goes with names of benchmarks"),
+    (["throughput", "--update", "--quick"], "--update goes with names of benchmarks"),
 ])  # fmt: skip
 def test_bad_arguments_are_told_before_measuring(arguments, told, measured, capsys):
     """A mistake costs no minutes, and its message names what was wrong."""
@@ -59,6 +61,13 @@ def test_partial_run_leaves_the_committed_results(arguments, names, effort, meas
     """What is not the whole is only printed."""
     assert command.main(arguments) == 0
     assert measured == [(names, effort)]
+
+
+def test_update_writes_what_was_named(measured, monkeypatch):
+    """Beside the committed results of the others."""
+    monkeypatch.setattr(table, "updated", lambda results, names: results | {"beside": names})
+    assert command.main(["throughput", "--update"]) == 0
+    assert measured == [(["throughput"], measure.FULL), "written"]
 
 
 def test_json_goes_where_it_is_told(measured, tmp_path):

@@ -56,6 +56,19 @@ def test_blocks_of_documents_are_made_anew(results):
     assert table.filled(filled, results) == filled
 
 
+def test_update_replaces_what_was_measured_and_says_when(results, tmp_path, monkeypatch):
+    """The other benchmarks keep their results; the order stays that of the list."""
+    other = {"about": "Another.", "figures": [], "tables": {"t": []}}
+    committed = json.loads(json.dumps(results)) | {"benchmarks": {"whole_process": {**other}, "meshes": {**other}}}
+    monkeypatch.setattr(table, "RESULTS", tmp_path / "results.json")
+    table.RESULTS.write_text(json.dumps(committed))
+    results["machine"] |= {"date": "2026-02-03", "commit": "def"}
+    merged = table.updated(results, ["whole_process", "meshes"])
+    assert list(merged["benchmarks"]) == ["whole_process", "meshes"] and merged["machine"] == committed["machine"]
+    assert merged["benchmarks"]["meshes"] == other and merged["benchmarks"]["whole_process"]["figures"] == [FIGURE]
+    assert "`whole_process` was measured on 2026-02-03, commit def" in table.machine(merged)
+
+
 def test_block_that_does_not_exist_is_an_error(results):
     """A misspelt name must not leave old numbers in place."""
     with pytest.raises(KeyError):
