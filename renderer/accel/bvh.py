@@ -21,7 +21,7 @@ from renderer.core.errors import RenderError
 from renderer.core.numeric import greater, lesser, widened
 
 STACK_TOP = MAX_DEPTH - 1  # in the kernel as a literal, because Dr.Jit 1.5 knows stacks of different sizes as the same
-REGISTERS = 6  # entries of the stack that are not in memory
+REGISTERS = 7  # entries of the stack that are not in memory
 SLOT_BITS, SLOT = 2, 3
 WAITING_BITS = 3 * SLOT_BITS
 MAX_RECORDS = 1 << (32 - WAITING_BITS)

@@ -12,7 +12,7 @@ from renderer.core.backend import NAME, Float64, UInt32
 
 BLOCK = 4  # pixels along its edge
 PACKET = BLOCK * BLOCK  # lanes
-SIDES = (4, 2, 1)  # blocks along a tile's edge, the best first
+SIDES = (8, 4, 2, 1)  # blocks along a tile's edge, the best first
 PACKETS_A_THREAD = 16  # at least, so that threads end at about the same time
 NO_PIXEL = 0xFFFFFFFF
 

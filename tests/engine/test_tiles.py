@@ -26,7 +26,7 @@ def test_every_pixel_has_one_turn(width, first, count, packets, monkeypatch):
 
 def test_packets_are_blocks_within_a_tile(monkeypatch):
     """16 neighbours at a time, and over all turns a square; smaller ones where threads need more packets."""
-    for packets, edge in ((0, 16), (10**9, 4)):
+    for packets, edge in ((0, 32), (10**9, 4)):
         monkeypatch.setattr(tiles, "PACKETS_A_THREAD", packets)
         found = pixels_of(64, 0, 64 * 64).reshape(-1, 64 * 64 // edge**2, PACKET)
         rows, columns = found // 64, found % 64
