@@ -274,6 +274,29 @@ class WalkingPathTracer(PathTracer):
 
     def step(self, journey, draws):
         """Return what arrives at the camera, whether the path is still on its way, and its next state."""
+        walk, t, index, record, active = self._walked(journey)
+        arrived = ~active & journey.to_light
+        radiance = dr.select(arrived & (index == NO_SHAPE), journey.pending, 0)
+
+        ended = ~active & ~journey.to_light
+        vertex = self._reached(journey.path, Hit(t, dr.select(ended, index, NO_SHAPE), record), draws)
+        radiance += dr.select(ended, vertex.radiance, 0)
+        onward, asks = ended & vertex.alive, Bool(False)
+        journey = Journey(dr.select(ended, vertex.path, journey.path), journey.goes_on, journey.to_light, Bool(False),
+                          journey.light_d, journey.light_o, journey.light_inwards, journey.pending, t, index, record, walk)
+        if vertex.direct is not None:
+            asks, towards = ended & _any(vertex.direct), vertex.towards_light
+            journey.light_o = dr.select(asks, towards.o, journey.light_o)
+            journey.light_d = dr.select(asks, towards.d, journey.light_d)
+            journey.light_inwards = dr.select(asks, towards.left_inwards, journey.light_inwards)
+            journey.pending = dr.select(asks, vertex.direct, journey.pending)
+            journey = self._sent(journey, asks, Bool(True), vertex.distance * SHADOW_END)
+        follows = (onward & ~asks) | (arrived & journey.goes_on)
+        journey.goes_on = dr.select(ended, onward, journey.goes_on)
+        return radiance, active | asks | follows, self._sent(journey, follows, Bool(False), Float(FAR))
+
+    def _walked(self, journey):
+        """Return walk, distance, index, record and whether they are still on their way, of rays after some steps."""
         scene, structure, ray = self._scene, self._scene.structure, journey.ray
         slabs, leaf = structure.slabs(ray), scene.leaf_test(ray)
         t, index = scene.loose_hit(ray, journey.t)
@@ -290,28 +313,10 @@ class WalkingPathTracer(PathTracer):
             return k + 1, walk, t, index, record, active
 
         # a loop, because less code runs faster, and because packets without a lane on its way are done at once
-        _, walk, t, index, record, active = dr.while_loop(
+        return dr.while_loop(
             (dr.zeros(UInt32, dr.width(t)), journey.walk, t, index, journey.record, active),
             lambda k, walk, t, index, record, active: active & (k < STEPS), one, label="steps",
-        )
-        arrived = ~active & journey.to_light
-        radiance = dr.select(arrived & (index == NO_SHAPE), journey.pending, 0)
-
-        ended = ~active & ~journey.to_light
-        vertex = self._reached(journey.path, Hit(t, dr.select(ended, index, NO_SHAPE), record), draws)
-        radiance += dr.select(ended, vertex.radiance, 0)
-        onward, asks = ended & vertex.alive, Bool(False)
-        journey = Journey(dr.select(ended, vertex.path, journey.path), journey.goes_on, journey.to_light, Bool(False),
-                          journey.light_d, journey.light_o, journey.light_inwards, journey.pending, t, index, record, walk)
-        if vertex.direct is not None:
-            asks, towards = ended & _any(vertex.direct), vertex.towards_light
-            journey.light_o, journey.light_d = dr.select(asks, towards.o, journey.light_o), dr.select(asks, towards.d, journey.light_d)
-            journey.light_inwards = dr.select(asks, towards.left_inwards, journey.light_inwards)
-            journey.pending = dr.select(asks, vertex.direct, journey.pending)
-            journey = self._sent(journey, asks, Bool(True), vertex.distance * SHADOW_END)
-        follows = (onward & ~asks) | (arrived & journey.goes_on)
-        journey.goes_on = dr.select(ended, onward, journey.goes_on)
-        return radiance, active | asks | follows, self._sent(journey, follows, Bool(False), Float(FAR))
+        )[1:]
 
     def _reached(self, path, hit, draws):
         """Return the Vertex at a segment's end; packets whose segments have all hit nothing are not shaded."""
