@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import re
 import sys
 from pathlib import Path
@@ -389,10 +390,16 @@ def test_exr_tells_the_samples_that_were_rendered(scene, engine):
     assert OpenEXR.File("x.exr").header()["renderer.samples"] == "12"
 
 
-def test_interrupted_picture_is_written_with_its_status(scene, engine, capsys):
-    """130, the picture, and how many samples it has."""
-    import signal
+@pytest.fixture
+def ctrl_c():
+    """Ctrl-C as a program has it that was started in the foreground: where tests run in the background it is ignored."""
+    former = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, former)
 
+
+def test_interrupted_picture_is_written_with_its_status(scene, engine, capsys, ctrl_c):
+    """130, the picture, and how many samples it has."""
     def stopped(loaded, *, interrupted, **settings):
         assert not interrupted()
         signal.raise_signal(signal.SIGINT)
