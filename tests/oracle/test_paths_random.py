@@ -14,7 +14,10 @@ from tests.support.stats import compare
 pytestmark = pytest.mark.oracle
 
 SCENES = {"few": (3, 6), "some": (6, 14), "many": (24, 40), "soup": (80, 120)}  # shapes
-SEEDS = [(size, seed) for size, count in zip(SCENES, (4, 4, 2, 1)) for seed in range(count)]
+SEEDS = [
+    pytest.param(size, seed, marks=[pytest.mark.slow] if seed > 0 else [])
+    for size, count in zip(SCENES, (4, 4, 2, 1)) for seed in range(count)
+]
 KINDS_OF_SHAPES = ("sphere", "cylinder", "box", "rectangle", "disk", "triangle", "convex", "mesh")
 SAMPLES = 64
 FLAT = ("rectangle", "disk", "triangle")  # Mitsuba has two of each that shines, which are not one sheet of glass
