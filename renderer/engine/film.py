@@ -16,20 +16,15 @@ from dataclasses import dataclass, replace
 import drjit as dr
 
 from renderer.core.backend import Float, Float64, UInt32, Vector3f
+from renderer.core.colour import luminance
 
 LARGEST = 3.4e38  # float32's, rounded down; comparisons with it are false for NaN
-LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear sRGB primaries, ITU-R BT.709
 LEAST_WEIGHT = 0.5  # mean of signs below which a few samples of a signed filter are not divided by it
 
 
 def is_finite(colour):
     """Return whether no component is NaN or infinite, nor their sum."""
     return abs(dr.sum(colour)) <= LARGEST
-
-
-def luminance(colour):
-    """Return the luminance of linear sRGB, in the colour's own precision."""
-    return sum(weight * channel for weight, channel in zip(LUMINANCE, colour))
 
 
 @dataclass

@@ -2,8 +2,7 @@
 
 import drjit as dr
 
-from renderer.core.numeric import TINY, greater
-from renderer.lights.base import LightKind, LightSample, register
+from renderer.lights.base import LightKind, LightSample, direction_to, register
 
 CENTER, INTENSITY, EDGE_U, EDGE_V = 0, 3, 6, 9
 
@@ -18,9 +17,7 @@ def sample(row, p, u2=None):
     q = row.vector(CENTER)
     if u2 is not None:
         q = dr.fma(row.vector(EDGE_U), u2.x - 0.5, dr.fma(row.vector(EDGE_V), u2.y - 0.5, q))
-    to_light = q - p
-    distance = dr.norm(to_light)
-    return LightSample(to_light * dr.rcp(greater(distance, TINY)), distance, row.vector(INTENSITY))
+    return LightSample(*direction_to(q, p), row.vector(INTENSITY))
 
 
 register(LightKind("arealight", pack, sample, extended=True))

@@ -63,6 +63,19 @@ KINDS = Registry()
 register = KINDS.register
 
 
+def direction_to(q, p):
+    """Return the unit direction from p to q (0 where they are one) and the distance."""
+    offset = q - p
+    distance = dr.norm(offset)
+    return offset * dr.rcp(greater(distance, TINY)), distance
+
+
+def fallen_off(light):
+    """Return the DirectSample of a LightSample of a point: what arrives falls with the square of the distance."""
+    falloff = dr.rcp(greater(dr.square(light.distance), TINY))
+    return DirectSample(light.wo, light.distance, light.radiance * falloff, Float(1), Bool(True))
+
+
 def short_of(distance, p, cosine):
     """Return where a shadow ray from p ends before a lamp that it meets at an angle with this cosine (not 0).
 
@@ -83,9 +96,7 @@ def towards(q, normal, p, radiance, inverse_area, both):
 
     `both` tells whether its back shines too.
     """
-    to_light = q - p
-    distance = dr.norm(to_light)
-    wo = to_light * dr.rcp(greater(distance, TINY))
+    wo, distance = direction_to(q, p)
     cosine = -dr.dot(normal, wo)
     cosine = dr.select(both, abs(cosine), cosine)
     shines = cosine > LEAST_COSINE

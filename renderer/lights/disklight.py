@@ -2,10 +2,9 @@
 
 import drjit as dr
 
-from renderer.core.numeric import TINY, greater
 from renderer.core.vectors import cross, frame, unit
 from renderer.core.warp import square_to_disk
-from renderer.lights.base import LightKind, LightSample, register
+from renderer.lights.base import LightKind, LightSample, direction_to, register
 
 CENTER, INTENSITY, EDGE_U, EDGE_V = 0, 3, 6, 9
 
@@ -24,9 +23,7 @@ def sample(row, p, u2=None):
     if u2 is not None:
         place = square_to_disk(u2)
         q = dr.fma(row.vector(EDGE_U), place.x, dr.fma(row.vector(EDGE_V), place.y, q))
-    to_light = q - p
-    distance = dr.norm(to_light)
-    return LightSample(to_light * dr.rcp(greater(distance, TINY)), distance, row.vector(INTENSITY))
+    return LightSample(*direction_to(q, p), row.vector(INTENSITY))
 
 
 register(LightKind("disklight", pack, sample, extended=True))

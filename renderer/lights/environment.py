@@ -14,13 +14,13 @@ import math
 import drjit as dr
 
 from renderer.core.backend import ArrayXf, Bool, Float, UInt32, Vector3f, from_host
+from renderer.core.colour import LUMINANCE
 from renderer.core.numeric import FAR, TINY, greater, lesser, safe_sqrt
 from renderer.lights.base import DirectSample
 
 WORDS = 4  # of a texel: colour, and density per steradian times sin(theta)
 TURN = 2 * math.pi
 POLE = 0.25  # rows: at the poles the sine of this latitude, where otherwise their colours would never be chosen
-LUMINANCE = (0.2126, 0.7152, 0.0722)  # of linear sRGB [ITU-R BT.709]
 
 
 class Environment:

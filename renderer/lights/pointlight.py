@@ -1,10 +1,7 @@
 """Point light. Path-traced scenes get intensity / distance^2 from it, phong mode the intensity."""
 
-import drjit as dr
-
-from renderer.core.backend import Bool, Float
-from renderer.core.numeric import TINY, greater
-from renderer.lights.base import DirectSample, LightKind, LightSample, register
+from renderer.core.numeric import TINY
+from renderer.lights.base import LightKind, LightSample, direction_to, fallen_off, register
 
 POSITION, INTENSITY = 0, 3
 
@@ -16,16 +13,12 @@ def pack(light):
 
 def sample(row, p, u2=None):
     """Return the direction to the light and its intensity."""
-    to_light = row.vector(POSITION) - p
-    distance = dr.norm(to_light)
-    return LightSample(to_light * dr.rcp(greater(distance, TINY)), distance, row.vector(INTENSITY))
+    return LightSample(*direction_to(row.vector(POSITION), p), row.vector(INTENSITY))
 
 
 def direct(row, p, u, u2, has):
     """Return the direction to the light and what arrives."""
-    light = sample(row, p)
-    falloff = dr.rcp(greater(dr.square(light.distance), TINY))
-    return DirectSample(light.wo, light.distance, light.radiance * falloff, Float(1), Bool(True))
+    return fallen_off(sample(row, p))
 
 
 def estimate(light, luminance):

@@ -7,10 +7,10 @@ import math
 
 import drjit as dr
 
-from renderer.core.backend import Bool, Float
+from renderer.core.backend import Float
 from renderer.core.numeric import TINY, greater, lesser
 from renderer.core.vectors import unit
-from renderer.lights.base import DirectSample, LightKind, LightSample, register
+from renderer.lights.base import LightKind, LightSample, direction_to, fallen_off, register
 
 POSITION, INTENSITY, DIRECTION, CUTOFF, INVERSE_WIDTH = 0, 3, 6, 9, 10  # cutoff in radians
 SHARPEST = 1e6  # per radian: a beam as wide as the cutoff has an edge
@@ -26,9 +26,7 @@ def pack(light):
 
 def sample(row, p, u2=None):
     """Return the direction to the light and its intensity there."""
-    to_light = row.vector(POSITION) - p
-    distance = dr.norm(to_light)
-    wo = to_light * dr.rcp(greater(distance, TINY))
+    wo, distance = direction_to(row.vector(POSITION), p)
     angle = dr.safe_acos(-dr.dot(wo, row.vector(DIRECTION)))
     factor = lesser(greater((row[CUTOFF] - angle) * row[INVERSE_WIDTH], Float(0)), Float(1))
     return LightSample(wo, distance, row.vector(INTENSITY) * factor)
@@ -36,9 +34,7 @@ def sample(row, p, u2=None):
 
 def direct(row, p, u, u2, has):
     """Return the direction to the light and what arrives."""
-    light = sample(row, p)
-    falloff = dr.rcp(greater(dr.square(light.distance), TINY))
-    return DirectSample(light.wo, light.distance, light.radiance * falloff, Float(1), Bool(True))
+    return fallen_off(sample(row, p))
 
 
 def estimate(light, luminance):

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 
 import drjit as dr
 
+from renderer.core.colour import luminance
 from renderer.core.errors import SceneError
 from renderer.core.numeric import TINY
 from renderer.core.packets import Packets
 from renderer.core.rows import Rows
 from renderer.io.image import read_environment
 from renderer.lights import KINDS, sheet, sphere
-from renderer.lights.environment import LUMINANCE, Environment
+from renderer.lights.environment import Environment
 from renderer.lights.mesh import MeshLights
 from renderer.scene.light_choice import FEW, Estimate
 from renderer.shapes import KINDS as SHAPES
@@ -69,11 +70,6 @@ class Surroundings:
     def direct(self, chosen, p, u2):
         """Return a DirectSample for each lane."""
         return self.image.sample(u2)
-
-
-def luminance(colour):
-    """Return the luminance of a linear colour."""
-    return sum(weight * part for weight, part in zip(LUMINANCE, colour))
 
 
 def emitters_of(world, shapes, triangles):

@@ -21,16 +21,15 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.colour import luminance
 from renderer.core.numeric import TINY, greater, lesser, safe_sqrt
 from renderer.core.rows import Rows
 from renderer.core.vectors import cross, unit
 from renderer.lights import sheet
-from renderer.lights.base import LEAST_COSINE
-from renderer.scene.light_sources import luminance
+from renderer.lights.base import LEAST_COSINE, direction_to
 
 MOST_MIRRORS, MOST_LAMPS = 4, 8  # each is in the kernel
 NEWTON_STEPS = 4  # leave angles wrong by at most 2e-4 up to a thousandth of a radius from the ball
-FLAT = ("triangle", "rectangle", "disk")
 PLACE, NORMAL, RADIUS, COLOUR = 0, 3, 3, 6  # columns: the middle and radius of a ball, or a point and normal
 
 
@@ -80,7 +79,7 @@ class Mirrors:
     def __init__(self, mirrors, lamps):
         """Hold [(shape number, shape, colour)] and Emitters."""
         balls = [mirror for mirror in mirrors if mirror[1].type == "sphere"]
-        flats = [mirror for mirror in mirrors if mirror[1].type in FLAT]
+        flats = [mirror for mirror in mirrors if mirror[1].type in sheet.CODES]
         self._groups = [Group(own, find) for own, find in ((balls, on_ball), (flats, on_flat)) if own]
         self._count = len(mirrors)
         power = [luminance(lamp.shape.emission) * lamp.area for lamp in lamps]
@@ -104,7 +103,7 @@ class Mirrors:
         row = self._rows.chosen(masks)
         q, n = sheet.point(row, u2, self._has)
         way = self._way(UInt32(choices.y * self._count), p, q)
-        to_lamp, distance = _direction(q - way.x)
+        to_lamp, distance = direction_to(q, way.x)
         cosine = -dr.dot(n, to_lamp)
         cosine = dr.select(row[sheet.ONE_SIDED] == 0, abs(cosine), cosine)
         possible = way.possible & (cosine > LEAST_COSINE)
@@ -169,7 +168,7 @@ class Group:
 def colour_of(shape):
     """Return how much a shape that is a perfect mirror, or in part, reflects; None for others."""
     material = shape.material
-    if shape.type != "sphere" and shape.type not in FLAT or material.normalmap or material.bumpmap:
+    if shape.type != "sphere" and shape.type not in sheet.CODES or material.normalmap or material.bumpmap:
         return None
     if material.bsdf is None:
         mirror = material.isreflective and not material.isrefractive and material.roughness == 0
@@ -191,7 +190,7 @@ def on_flat(row, p, q):
     n = row.vector(NORMAL)
     p_height, q_height = dr.dot(n, p - row.vector(PLACE)), dr.dot(n, q - row.vector(PLACE))
     image = q - n * (2 * q_height)
-    wo, _ = _direction(image - p)
+    wo, _ = direction_to(image, p)
     total = p_height + q_height
     share = p_height / dr.select(total == 0, Float(1), total)
     x = dr.lerp(p, image, share)
@@ -207,8 +206,8 @@ def on_ball(row, p, q):
     equal. Cosine and sine of t are followed, not t.
     """
     centre, radius = row.vector(PLACE), row[RADIUS]
-    to_p, a = _direction((p - centre) * dr.rcp(radius))
-    to_q, b = _direction((q - centre) * dr.rcp(radius))
+    to_p, a = direction_to((p - centre) * dr.rcp(radius), Vector3f(0))
+    to_q, b = direction_to((q - centre) * dr.rcp(radius), Vector3f(0))
     c0 = dr.dot(to_p, to_q)
     across = to_q - to_p * c0
     s0 = dr.norm(across)
@@ -241,7 +240,7 @@ def on_ball(row, p, q):
 
     n = dr.fma(to_p, c, across * s)
     x = dr.fma(n, radius, centre)
-    wo, d1 = _direction(x - p)
+    wo, d1 = direction_to(x, p)
     cosine = -dr.dot(wo, n)
     possible = (a > 1) & (b > 1) & (cosine > LEAST_COSINE) & (dr.dot(q - x, n) > 0)
     return wo, x, n, _spread(d1, cosine, 2 * dr.rcp(radius)), possible
@@ -251,13 +250,6 @@ def _spread(d1, cosine, curvature):
     """Return the Spread behind a mirror met at a distance and angle; `curvature` is 2 / radius, 0 for a flat one."""
     by_radius = d1 * curvature
     return Spread(d1, 1 + by_radius / greater(cosine, Float(LEAST_COSINE)), dr.fma(by_radius, cosine, 1))
-
-
-def _direction(offset):
-    """Return an offset's unit direction and length."""
-    squared = greater(dr.squared_norm(offset), Float(TINY))
-    inverse = dr.rsqrt(squared)
-    return offset * inverse, squared * inverse
 
 
 def _numbered(numbers, masks):

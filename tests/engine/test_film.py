@@ -6,7 +6,8 @@ import pytest
 
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
 from renderer.engine import passes, tiles
-from renderer.engine.film import LUMINANCE, Film, relative_error
+from renderer.core.colour import LUMINANCE
+from renderer.engine.film import Film, relative_error
 from renderer.engine.passes import Until, View, find_lost, refine
 from renderer.samplers import KINDS
 
