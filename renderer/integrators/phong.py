@@ -91,7 +91,7 @@ class Phong:
         if scene.empty:
             return now.weight * scene.behind(ray.d), Bool(False), tree
 
-        surface = scene.surface(ray, hit, with_uv=bool(scene.textures))
+        surface = scene.surface(ray, hit, with_uv=scene.texture is not None)
         material = scene.material(hit)
         entering = dr.dot(surface.n_geo, ray.d) < 0
         n = _facing(surface, entering, ray.d)

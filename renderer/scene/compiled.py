@@ -5,21 +5,16 @@ Tables are by shape, in the compiled order of tables.py.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
-import drjit as dr
-
-from renderer.core.backend import Vector2f
 from renderer.core.rows import Rows
 from renderer.lights.base import LightKind
 from renderer.lights.environment import Environment
 from renderer.scene.geometry import Geometry
+from renderer.scene.texturing import Slot
 
 # columns of the material records
-DIFFUSE, KD, SPECULAR, EXPONENT, SHARE, GLASS, ETA, SCALE_U, SCALE_V, ALPHA = 0, 3, 4, 7, 8, 9, 10, 11, 12, 13
-# columns of the texture records: three for the kind's own use, then which lookup is meant
-TEXTURE_KIND, NOT_TEXTURED = 3, 0
+DIFFUSE, KD, SPECULAR, EXPONENT, SHARE, GLASS, ETA, ALPHA = 0, 3, 4, 7, 8, 9, 10, 11
 
 
 @dataclass(frozen=True)
@@ -36,11 +31,10 @@ class CompiledScene(Geometry):
 
     lights: tuple[LightGroup, ...]
     world: Rows  # one record: backgroundcolor, ambientlight
-    looks: Rows | None  # by shape: its record in the next two tables; None where that is the shape's own number
+    looks: Rows | None  # by shape: its place in the next two; None where that is the shape's own number
     materials: Rows | None  # None without shapes
-    texture_rows: Rows | None  # None where nothing is textured
+    texture: Slot | None  # in the place of diffuse colours; None where nothing is textured
     file_indices: Rows | None  # by shape: its place in the file
-    textures: tuple[Callable, ...]  # lookups (record, uv, active) -> colour; records name them from 1
     has_mirrors: bool
     has_glass: bool
     has_rough_mirrors: bool  # with a material column ALPHA
@@ -77,11 +71,7 @@ class CompiledScene(Geometry):
     def diffuse_colour(self, hit, surface, material):
         """Return the texture's colour where there is one, else the material's."""
         colour = material.vector(DIFFUSE)
-        if not self.textures:
+        if self.texture is None:
             return colour
-        row = self.texture_rows.row(self._look(hit), hit.valid)
-        uv = Vector2f(surface.uv.x * material[SCALE_U], surface.uv.y * material[SCALE_V])
-        for number, lookup in enumerate(self.textures, start=1):
-            textured = hit.valid & (row[TEXTURE_KIND] == number)
-            colour = dr.select(textured, lookup(row, uv, textured), colour)
-        return colour
+        row = self.texture.rows.row(self._look(hit), hit.valid)
+        return self.texture.value(row, surface.uv, hit.valid, colour)

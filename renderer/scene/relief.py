@@ -14,7 +14,7 @@ import drjit as dr
 from renderer.core.backend import Float, Vector2f, Vector3f
 from renderer.core.frame import Frame
 from renderer.core.numeric import TINY, greater
-from renderer.scene.texturing import NORMAL, use_of
+from renderer.scene.texturing import AS_WRITTEN, use_of
 
 FLAT = (0.5, 0.5, 1.0)  # what a normal map holds where there is none
 
@@ -24,7 +24,7 @@ class Relief:
 
     def __init__(self, texturing, materials):
         """Hold the maps that the Materials of the shapes name, which `texturing` has read."""
-        self._normals = texturing.slot([use_of(material, material, "normalmap") for material in materials], NORMAL)
+        self._normals = texturing.slot([use_of(material, material, "normalmap") for material in materials], AS_WRITTEN)
         bumps = [use_of(material, material, "bumpmap") for material in materials]
         self._heights = texturing.heights(bumps, [material.bumpscale for material in materials])
 

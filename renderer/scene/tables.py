@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from renderer.cameras import kind_of
 from renderer.core.backend import UInt32
-from renderer.core.errors import SceneError
 from renderer.core.rows import SELECT_LIMIT, Rows
-from renderer.io.image import read_texture
 from renderer.lights import KINDS as LIGHTS
 from renderer.scene.arrange import AUTO, arrange
-from renderer.scene.compiled import NOT_TEXTURED, CompiledScene, LightGroup
+from renderer.scene.compiled import CompiledScene, LightGroup
 from renderer.scene.media import exterior_indices
-from renderer.textures.bitmap import Atlas, Image
-from renderer.textures.checkerboard import Checkerboards
+from renderer.scene.texturing import AS_WRITTEN, Texturing, use_of
 
-CHECKERBOARD, ENVIRONMENT = "checkerboard", "environment"
-PLAIN = (0, 0, 0, NOT_TEXTURED)
+ENVIRONMENT = "environment"
 
 
 def compile_scene(loaded, accel=AUTO):
@@ -33,17 +29,16 @@ def compile_scene(loaded, accel=AUTO):
     rough = random and any(alphas)
     if rough:
         records = [[*record, alpha] for record, alpha in zip(records, alphas)]
-    texture_records, textures = _textures(loaded, ordered)
-    looks, records, texture_records = _distinct(records, texture_records)
+    uses = [use_of(material, material, "texture") for material in materials]
+    looks, records, uses = _distinct(records, uses)
     return CompiledScene(
         **geometry,
         lights=tuple(_light_groups(world.lightsources)),
         world=Rows([[*world.backgroundcolor, *world.ambientlight]]),
         looks=Rows(looks, UInt32) if looks else None,
         materials=Rows(records) if records else None,
-        texture_rows=Rows(texture_records, UInt32) if textures else None,
+        texture=Texturing(loaded, ordered, paths=False).slot(uses, AS_WRITTEN),
         file_indices=Rows([[index] for index, _ in ordered], UInt32) if shapes else None,
-        textures=textures,
         has_mirrors=any(m.isreflective or m.isrefractive for m in materials),
         has_glass=any(m.isrefractive for m in materials),
         has_rough_mirrors=rough,
@@ -74,16 +69,16 @@ def _light_groups(lights):
         yield LightGroup(kind, Rows([kind.pack(light) for light in lights if light.type == name]))
 
 
-def _distinct(materials, textures):
-    """Return for each shape [its place in the tables], and the tables with every pair of records once.
+def _distinct(materials, uses):
+    """Return for each shape [its place in the tables], and both lists with every pair of a material and a texture once.
 
     Among a few shapes a table of their own is read faster; None then stands for the places.
     """
-    pairs = [(tuple(material), texture) for material, texture in zip(materials, textures)]
+    pairs = [(tuple(material), use) for material, use in zip(materials, uses)]
     places = {pair: place for place, pair in enumerate(dict.fromkeys(pairs))}
     if len(pairs) <= SELECT_LIMIT or len(places) == len(pairs):
-        return None, materials, textures
-    return [[places[pair]] for pair in pairs], *(list(table) for table in zip(*places))
+        return None, materials, uses
+    return [[places[pair]] for pair in pairs], *map(list, zip(*places))
 
 
 def _material(shape, exterior):
@@ -92,48 +87,9 @@ def _material(shape, exterior):
     share = m.reflectivity if m.isreflective or m.isrefractive else 0.0
     eta = m.refractiveindex / exterior if m.isrefractive else 1.0
     specular = [m.ks * component for component in m.specularcolor]
-    squares = 1.0 if m.texture is None or isinstance(m.texture, str) else m.texture.scale
-    scale = (m.scaleU * squares, m.scaleV * squares)
-    return [*m.diffusecolor, m.kd, *specular, m.specularexponent, share, float(m.isrefractive), eta, *scale]
+    return [*m.diffusecolor, m.kd, *specular, m.specularexponent, share, float(m.isrefractive), eta]
 
 
 def _alpha(material):
     """Return the roughness of a material's mirror, 0 for glass and where there is none."""
     return material.roughness if material.isreflective and not material.isrefractive else 0.0
-
-
-def _textures(loaded, ordered):
-    """Return the texture records by shape and the lookups that they name."""
-    materials = [shape.material for _, shape in ordered]
-    files, boards, lookups = {}, [], []
-    for (index, _), material in zip(ordered, materials):
-        if isinstance(material.texture, str) and material.texture not in files:
-            files[material.texture] = _read(loaded, index, material.texture)
-        elif material.texture and not isinstance(material.texture, str):
-            boards.append(material.texture)
-    atlas = Atlas(files.values()) if files else None
-    places = dict(zip(files, atlas.offsets)) if files else {}
-    rows, boards_met = [], 0
-    for material in materials:
-        if material.texture is None:
-            rows.append(PLAIN)
-            continue
-        if isinstance(material.texture, str):
-            image, use = files[material.texture], (material.texturefilter, material.texturewrap)
-            values = (places[material.texture], image.width, image.height)
-        else:
-            use, values, boards_met = CHECKERBOARD, (boards_met, 0, 0), boards_met + 1
-        if use not in lookups:
-            lookups.append(use)
-        rows.append((*values, lookups.index(use) + 1))
-    checkerboards = Checkerboards(boards) if boards else None
-    samplers = (checkerboards.sample if use is CHECKERBOARD else atlas.sampler(*use) for use in lookups)
-    return rows, tuple(samplers)
-
-
-def _read(loaded, index, filename):
-    """Return the Image in a texture file that a shape names."""
-    try:
-        return Image(*read_texture(loaded.resolve(filename)))
-    except SceneError as error:
-        raise loaded.refused(error, "scene", "shapes", index, "material", "texture") from error

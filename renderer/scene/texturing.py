@@ -1,7 +1,8 @@
-"""Textures of path-traced scenes: whatever parameter they give, of whichever record, at each lane's point.
+"""Textures: whatever parameter they give, of whichever record, at each lane's point.
 
 All images of a scene lie in one atlas. A `Slot` is one parameter of a list of records, textured in some of them; its
-kernel contains the lookups that these need. Colours are decoded from sRGB, numbers and normals are not.
+kernel contains the lookups that these need. Path tracing decodes its colours from sRGB; numbers, normals and the other
+modes' colours are taken as they are written.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from renderer.textures.checkerboard import Checkerboards
 
 LOOKUP, SCALE_U, SCALE_V, FACTOR = 3, 4, 5, 6  # columns of a slot's records, after the three of the texture's own
 PLAIN = (0, 0, 0, 0, 0, 0, 0)
-COLOUR, NUMBER, NORMAL = bitmap.decoded, bitmap.number, bitmap.as_written  # forms of a texture's values
+COLOUR, NUMBER, AS_WRITTEN = bitmap.decoded, bitmap.number, bitmap.as_written  # forms of a texture's values
 BOARD = "checkerboard"
 
 
@@ -48,14 +49,14 @@ def use_of(material, record, key):
 class Texturing:
     """The textures of a scene."""
 
-    def __init__(self, loaded, ordered):
-        """Read the images that the materials of [(index in the file, shape)] name.
+    def __init__(self, loaded, ordered, paths=True):
+        """Read the images that the materials of [(index in the file, shape)] name and the mode uses (`paths`: tracing).
 
         Raises: SceneError with the place in the scene of a file that cannot be used.
         """
         self._images, self._boards = {}, {}
         for index, shape in ordered:
-            for path, source in textures_of(shape.material, paths=True):
+            for path, source in textures_of(shape.material, paths):
                 if not isinstance(source, str):
                     self._boards.setdefault(source, len(self._boards))
                 elif source not in self._images:

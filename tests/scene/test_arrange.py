@@ -198,7 +198,7 @@ def test_texture_and_colour_together_make_a_look(folder):
     materials = [MATT, MATT | texture, MATT | {"kd": 0.1} | texture, MATT | {"kd": 0.1}]
     shapes = [shape | {"material": materials[k % 4]} for k, shape in enumerate(many(40))]
     scene = compile_scene(loaded(folder, shapes))
-    assert (scene.materials.count, scene.texture_rows.count, scene.looks.count) == (4, 4, 40)
+    assert (scene.materials.count, scene.texture.rows.count, scene.looks.count) == (4, 4, 40)
 
 
 def test_a_few_shapes_have_a_table_of_their_own(folder):

@@ -13,7 +13,7 @@ from renderer.core.rows import Rows
 from renderer.scene.arrange import arrange
 from renderer.scene.geometry import Geometry
 from renderer.scene.loader import from_dict
-from renderer.scene.texturing import COLOUR, NORMAL, NUMBER, Texturing, use_of, uses_of
+from renderer.scene.texturing import AS_WRITTEN, COLOUR, NUMBER, Texturing, use_of, uses_of
 from tests.shapes.test_contract import vectors
 from tests.support.scenes import document
 
@@ -110,7 +110,7 @@ def test_numbers_are_red_as_written(folder):
 
 def test_one_texture_for_all_needs_no_choice(folder):
     """The value of a single record is the texture's, without a lane index."""
-    slot = slot_of(scene(folder, {"normalmap": "a.png"}), "normalmap", NORMAL, at_bsdf=False)
+    slot = slot_of(scene(folder, {"normalmap": "a.png"}), "normalmap", AS_WRITTEN, at_bsdf=False)
     got = slot.value(slot.rows[0], Vector2f(UV[:, 0], UV[:, 1]), Bool(True), None).numpy().T
     assert np.abs(got - bilinear(PICTURE / 255, UV.astype(float))).max() < 2e-5
 
