@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
+from converters.mitsuba.srgb import encoded
 from renderer.core.errors import SceneError, UsageError
 from renderer.engine.render import render
 from renderer.io.image import write_png, write_ppm
@@ -79,11 +80,6 @@ def toned(radiance, description):
 def coarse(picture):
     """Return a picture as coarse as ours, or the difference would show rounding."""
     return np.round(255 * picture) / 255
-
-
-def encoded(picture):
-    """Return a picture in [0, 1] with the curve of sRGB."""
-    return np.where(picture <= 0.0031308, 12.92 * picture, 1.055 * np.maximum(picture, 0.0031308) ** (1 / 2.4) - 0.055)
 
 
 def depth_picture(theirs):
