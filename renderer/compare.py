@@ -54,7 +54,10 @@ def ssim(picture, reference, exposure=1.0) -> float:
 
 
 def flip(picture, reference, exposure=1.0) -> float:
-    """Return the mean LDR FLIP error [Andersson2020], 0 (equal) to 1, at the 67 pixels a degree that it assumes."""
+    """Return the mean LDR FLIP error [Andersson2020], 0 (equal) to 1, at the 67 pixels a degree that it assumes.
+
+    Raises ModuleNotFoundError where its makers offer no package: on other machines than x86-64, and Python 3.14.
+    """
     from flip_evaluator import flip_python_api
 
     x, y = (encoded.astype(np.float32) for encoded in _encoded_pair(picture, reference, exposure))

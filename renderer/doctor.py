@@ -268,7 +268,7 @@ def memory() -> list[Finding]:
 def read_pins(path: Path) -> dict[str, str]:
     """Return the versions that a list of pinned packages names; empty where there is no such list."""
     try:
-        lines = [line.split("#")[0].strip() for line in path.read_text(encoding="utf-8").splitlines()]
+        lines = [line.split("#")[0].split(";")[0].strip() for line in path.read_text(encoding="utf-8").splitlines()]
     except (OSError, ValueError):
         return {}
     return dict(line.split("==", 1) for line in lines if "==" in line)
