@@ -29,6 +29,7 @@ class Effort:
     height: int
     samples: int  # rays a pixel where many are meant
     triangles: int = 1_000_000  # of the largest mesh
+    scenes: tuple[str, ...] = ()  # only these, of the benchmarks that take names of scenes; none given: all
 
 
 FULL = Effort(repeats=9, width=1200, height=800, samples=64)

@@ -16,6 +16,7 @@ from benchmarks.targets import Figure, number, quantity, verdict
 RESULTS, TABLES = ROOT / "benchmarks" / "results.json", ROOT / "benchmarks" / "results.md"
 DOCUMENTS = tuple(ROOT / "docs" / f"{name}.md" for name in ("speed", "acceleration", "pathtracing")) + (ROOT / "README.md",)
 QUIET_LOAD = 0.5  # processes that ran beside the measurement, above which the tables come with a warning
+POWERS_OF_TEN = ("MSE", "relative MSE", "efficiency", "error")  # columns of numbers too small or large for digits alone
 BLOCK = re.compile(r"(<!-- results: ([\w. ]+) -->\n).*?(<!-- end of results -->)", re.DOTALL)
 
 
@@ -78,18 +79,21 @@ def table(rows):
     """Return rows, which have the same keys, as a Markdown table."""
     if not rows:
         return "(nothing measured)"
-    lines = [list(rows[0]), ["---"] * len(rows[0])] + [[cell(value) for value in row.values()] for row in rows]
+    lines = [list(rows[0]), ["---"] * len(rows[0])] + [[cell(value, key) for key, value in row.items()] for row in rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def cell(value):
+def cell(value, column=""):
     """Return a value as text: a spread as `median (min to max)`, nothing as a dash."""
     if value is None:
         return "-"
+    if isinstance(value, str):
+        return value.replace("|", "\\|")
+    written = "{:.2e}".format if column in POWERS_OF_TEN else number
     if isinstance(value, dict):
-        median, low, high = (number(value[part]) for part in ("median", "min", "max"))
+        median, low, high = (written(value[part]) for part in ("median", "min", "max"))
         return median if low == high else f"{median} ({low} to {high})"
-    return value.replace("|", "\\|") if isinstance(value, str) else number(value)
+    return written(value)
 
 
 def filled(text, results):

@@ -34,6 +34,15 @@ def test_equal_spread_is_one_number():
     assert table.cell({"median": 2.0, "min": 1.999, "max": 2.001}) == "2.00"
 
 
+@pytest.mark.parametrize("column, expected", [
+    ("MSE", "1.23e-05 (1.00e-05 to 2.00e-05)"), ("relative MSE, x Mitsuba", "0.000"),
+])  # fmt: skip
+def test_errors_are_written_in_powers_of_ten(column, expected):
+    """Three digits behind the point would leave nothing of them; ratios stay as they are."""
+    rows = [{column: {"median": 1.234e-5, "min": 1e-5, "max": 2e-5}}]
+    assert table.table(rows).splitlines()[-1] == f"| {expected} |"
+
+
 def test_page_judges_figures(results):
     """The first table says whether what was asked was reached."""
     assert "| start | 0.500 s | at most 0.600 s: met | - |" in table.page(results)
