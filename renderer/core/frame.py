@@ -32,8 +32,14 @@ class Frame:
 
     @staticmethod
     def along(n, dp_du):
-        """Return the frame of a unit normal with t as near to dp_du (of any length, not along n) as it can be."""
-        t = dp_du - n * dr.dot(n, dp_du)
+        """Return the frame of a unit normal with t as near to dp_du (of any length, not along n) as it can be.
+
+        What dp_du has along n is taken off twice: where it is most of dp_du, rounding leaves some of it the first time.
+        """
+        size = greater(abs(dp_du.x), greater(abs(dp_du.y), abs(dp_du.z)))
+        t = dp_du * dr.rcp(greater(size, Float(TINY)))  # so that no square overflows or vanishes
+        t -= n * dr.dot(n, t)
+        t -= n * dr.dot(n, t)
         t *= dr.rsqrt(greater(dr.squared_norm(t), Float(TINY)))
         return Frame(t, dr.cross(n, t), n)
 
