@@ -11,22 +11,36 @@ from renderer.core.backend import Float, Vector2f, Vector3f
 from renderer.core.elementary import sincos_eighth, sincos_turns
 from renderer.core.numeric import away_from_zero, greater, safe_sqrt
 
+HALF_A_STEP = 2.0**-24  # of 2 u - 1, where u has 24 bits
+
 
 def square_to_disk(u2):
-    """Return a point of the unit disk, uniform (density 1 / pi): the concentric map [Shirley1997]."""
-    x, y = dr.fma(u2.x, 2, -1), dr.fma(u2.y, 2, -1)
+    """Return a point of the unit disk, uniform (density 1 / pi): the concentric map [Shirley1997].
+
+    Random numbers stand for the middles of the 2^24 steps between 0 and 1, so that no point lies on the rim.
+    """
+    return _concentric(u2)[0]
+
+
+def _concentric(u2):
+    """Return a point of the unit disk and its signed distance from the middle."""
+    x, y = (dr.fma(u, 2, HALF_A_STEP - 1) for u in u2)
     wide = abs(x) > abs(y)
     r = dr.select(wide, x, y)
     # in the wedges around y the angle is a quarter less this one, which exchanges sine and cosine
     sin_phi, cos_phi = sincos_eighth(dr.select(wide, y, x) / away_from_zero(r))
     a, b = r * cos_phi, r * sin_phi
-    return Vector2f(dr.select(wide, a, b), dr.select(wide, b, a))
+    return Vector2f(dr.select(wide, a, b), dr.select(wide, b, a)), r
 
 
 def square_to_cosine_hemisphere(u2):
-    """Return a direction around +z with the density cosine / pi [Malley: Pharr2023, sec. A.5.3]."""
-    p = square_to_disk(u2)
-    return Vector3f(p.x, p.y, safe_sqrt(1 - dr.squared_norm(p)))
+    """Return a direction around +z with the density cosine / pi [Malley: Pharr2023, sec. A.5.3].
+
+    The cosine comes from the distance r, of which it has no rounding: 1 - x^2 - y^2 would lose it near the horizon. It
+    is 3e-4 at the least.
+    """
+    p, r = _concentric(u2)
+    return Vector3f(p.x, p.y, dr.sqrt(dr.fma(-r, r, 1)))
 
 
 def cosine_hemisphere_pdf_sa(w):
