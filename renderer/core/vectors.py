@@ -1,6 +1,12 @@
 """Vectors on the host: lists of three floats, in double precision, for building."""
 
 import math
+import struct
+
+
+def single(number):
+    """Return a number rounded to float32."""
+    return struct.unpack("f", struct.pack("f", number))[0]
 
 
 def length(vector):
