@@ -15,13 +15,14 @@ import drjit as dr
 from renderer.bsdfs import microfacet
 from renderer.bsdfs.base import BsdfKind, BsdfSample, register
 from renderer.core.backend import Bool, Float, Vector3f
-from renderer.core.elementary import exp2, log2, sincos_turns
+from renderer.core.elementary import exp2, exp2_both, log2, log2_below_1, sincos_turns
 from renderer.core.fresnel import dielectric
 from renderer.core.numeric import TINY, away_from_zero, greater
 
-# Diffuse colour; its factor kd (1 - rho) / pi; colour of the lobe with all its factors; exponents; rho; rho and the
-# probability of the lobe; factors of the densities of base and lobe; index and inverse; 1 for glass; alpha of mirrors
-COLOUR, KD, LOBE, EXPONENT, INVERSE_EXPONENT, RHO, RHO_OR_LOBE, DIFFUSE_PDF, LOBE_PDF = 0, 3, 4, 7, 8, 9, 10, 11, 12
+# Diffuse colour; its factor kd (1 - rho) / pi; colour of the lobe with all its factors; e / 2 and 2 / (e + 1), as squares
+# of cosines ask for; rho; rho and the probability of the lobe; factors of the densities of base and lobe; index and
+# inverse; 1 for glass; alpha of mirrors
+COLOUR, KD, LOBE, HALF_EXPONENT, TWICE_INVERSE, RHO, RHO_OR_LOBE, DIFFUSE_PDF, LOBE_PDF = 0, 3, 4, 7, 8, 9, 10, 11, 12
 ETA, INVERSE_ETA, IS_GLASS, ALPHA, KD_MADE, KS_MADE = 13, 14, 15, 16, 17, 18  # the last two: energy made if above 1
 DIFFUSE, HIGHLIGHT, MIRROR, BLURRED, GLASS = "diffuse", "highlight", "mirror", "blurred", "glass"  # features
 LOBE_DRAWN = "lobe drawn"  # feature: the highlight is so strong that directions are drawn from it
@@ -40,7 +41,7 @@ def pack(material, outside):
     eta = m.refractiveindex / outside if GLASS in has else 1.0
     return [
         *(m.diffusecolor if m.texture is None else (0.0, 0.0, 0.0)), m.kd * limit * (1 - rho) / math.pi,
-        *(colour * m.ks * limit * (1 - rho) * _peak(e) for colour in m.specularcolor), e, 1 / (e + 1),
+        *(colour * m.ks * limit * (1 - rho) * _peak(e) for colour in m.specularcolor), e / 2, 2 / (e + 1),
         rho, rho + chosen, rest / math.pi, chosen * (e + 1) / (4 * math.pi),
         eta, 1 / eta, float(GLASS in has), m.roughness if BLURRED in has else microfacet.SMOOTH,
         m.kd if limited else 0.0, m.ks * max(m.specularcolor) if limited else 0.0,
@@ -130,8 +131,10 @@ def _turned(w, wi):
 def _lobe(p, wi, wo):
     """Return (n.h)^e, and 1 / |wi + wo|, for directions above the surface."""
     h = wi + wo
-    inverse = dr.rsqrt(dr.squared_norm(h) + TINY)
-    return exp2(log2(h.z * inverse) * p[EXPONENT]), inverse
+    across2, up2 = dr.square(h.x) + dr.square(h.y), dr.square(h.z)
+    inverse = dr.rsqrt(across2 + up2 + TINY)
+    inverse2 = dr.square(inverse)
+    return exp2(log2_below_1(up2 * inverse2, across2 * inverse2) * p[HALF_EXPONENT]), inverse
 
 
 def _not_delta(p, wi, u, u2, has):
@@ -145,8 +148,8 @@ def _not_delta(p, wi, u, u2, has):
     cos, sin = dr.sqrt(rest), dr.sqrt(u2.y)  # of a cosine-weighted hemisphere
     wo, lobe = Vector3f(sin * cos_phi, sin * sin_phi, cos), None
     if LOBE_DRAWN in has:
-        cos_h = exp2(log2(rest) * p[INVERSE_EXPONENT])
-        sin = dr.sqrt(greater(1 - dr.square(cos_h), Float(0)))
+        cos2, sin2 = exp2_both(log2(rest) * p[TWICE_INVERSE])
+        sin, cos_h = dr.sqrt(sin2), dr.sqrt(cos2)
         h = Vector3f(sin * cos_phi, sin * sin_phi, cos_h)
         cos_d = dr.dot(wi, h)
         # half vectors that wi sees from behind lead below the surface; their numbers only have to be finite

@@ -9,7 +9,7 @@ The coefficients interpolate at Chebyshev points,
 import drjit as dr
 
 from renderer.core.backend import NAME, Float, Int32
-from renderer.core.numeric import greater
+from renderer.core.numeric import greater, lesser
 
 ON_GPU = NAME == "cuda"
 TWO_PI = 6.283185307179586
@@ -24,6 +24,8 @@ LOG2 = (1.442695004, -0.7213474682, 0.4809107535, -0.3606932681, 0.2879032609, -
 EXP2 = 1.0, 0.6931472067, 0.2402265092, 0.05550327227, 0.009618056678, 0.001340042818, 0.0001546144472
 ROOT_HALF_BITS = 0x3F3504F3  # of sqrt(1/2)
 MANTISSA_BITS, EXPONENT_BIAS = 23, 127
+LOG2_E = 1.442695041
+NEAR_1 = 0.29  # below 1 - sqrt(1/2): how far from 1 the polynomial of log2 goes
 LEAST_EXPONENT = -100.0  # less counts as this much: with numbers that are not normal a CPU takes 10 times as long
 
 
@@ -64,6 +66,17 @@ def log2(x):
     return dr.fma(f, polynomial(f, LOG2), Float(exponent))
 
 
+def log2_below_1(x, rest):
+    """Return log2(x) <= 0 to 3e-7 of it where the difference from 1 is better known as `rest` than by x; finite for 0.
+
+    High powers of cosines are powers of numbers that float32 can hardly tell from 1, but their sines are known.
+    """
+    if ON_GPU:
+        return dr.select(rest < NEAR_1, -rest * polynomial(-rest, LOG2), log2(x))
+    # where x is small, this adds some 1e-7 to its logarithm
+    return lesser(dr.fma((1 - x) - rest, LOG2_E, log2(x)), Float(0))
+
+
 def exp2(x):
     """Return 2^x for -100 <= x < 127.5, to 2e-7 of it; 2^-100 below."""
     if ON_GPU:
@@ -72,3 +85,16 @@ def exp2(x):
     whole = dr.round(x)
     scale = dr.reinterpret_array(Float, (Int32(whole) + EXPONENT_BIAS) << MANTISSA_BITS)
     return polynomial(x - whole, EXP2) * scale
+
+
+def exp2_both(x):
+    """Return 2^x as `exp2` does and 1 - 2^x, each to 3e-7 of itself, for x <= 0."""
+    if ON_GPU:
+        power = dr.exp2(x)
+        return power, dr.select(x > -0.5, -x * polynomial(x, EXP2[1:]), 1 - power)
+    x = greater(x, Float(LEAST_EXPONENT))
+    whole = dr.round(x)
+    scale = dr.reinterpret_array(Float, (Int32(whole) + EXPONENT_BIAS) << MANTISSA_BITS)
+    part = x - whole
+    rise = part * polynomial(part, EXP2[1:])
+    return dr.fma(rise, scale, scale), dr.fma(-rise, scale, 1 - scale)

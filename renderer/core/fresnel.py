@@ -3,7 +3,7 @@
 import drjit as dr
 
 from renderer.core.backend import Float, Vector3f
-from renderer.core.numeric import TINY, away_from_zero, safe_sqrt
+from renderer.core.numeric import TINY, away_from_zero, lesser, safe_sqrt
 
 
 def reflect(d, n, cos_i):
@@ -14,17 +14,23 @@ def reflect(d, n, cos_i):
 def dielectric(cos_i, eta):
     """Return (F, cos_t): unpolarised Fresnel reflectance, 1 at total reflection, and the cosine of the refracted ray.
 
-    `eta` is the index behind the surface over the one in front of it, cos_i >= 0 lies in front. In terms of
-    g = eta cos_t, because g = cos_i exactly at eta = 1, which 1 - sin^2 is not at grazing angles.
-    Source: [Born1999, sec. 1.5.2].
+    `eta` is the index behind the surface over the one in front of it, cos_i >= 0 lies in front. All is told by
+    g = eta cos_t = sqrt(cos_i^2 + e), e = eta^2 - 1. Near the critical angle that sum cancels, and near eta = 1 so does
+    e: squares therefore carry what their rounding cuts off [Jeannerod2013]. The numerators cos_i - g and
+    eta^2 cos_i - g are taken times their conjugates, -e and e (eta^2 cos_i^2 - sin_i^2), which need no difference of g.
+    F is within 1e-6 of itself, total reflection is decided as by exact arithmetic. Source: [Born1999, sec. 1.5.2].
     """
-    eta2 = dr.square(eta)
-    g2 = dr.square(cos_i) + (eta2 - 1)
+    eta2, cos2 = dr.square(eta), dr.square(cos_i)
+    high = eta2 - 1
+    low = dr.fma(eta, eta, -eta2) + (eta2 - (high + 1))
+    cos2_low = dr.fma(cos_i, cos_i, -cos2)
+    e, g2 = high + low, (cos2 + high) + (cos2_low + low)
     g = safe_sqrt(g2)
-    r_s = (cos_i - g) / away_from_zero(cos_i + g)
-    r_p = (eta2 * cos_i - g) / away_from_zero(eta2 * cos_i + g)
-    reflectance = 0.5 * (dr.square(r_s) + dr.square(r_p))
-    return dr.select(g2 >= 0, reflectance, Float(1)), g / eta
+    over_s, over_p = dr.rcp(away_from_zero(cos_i + g)), dr.rcp(away_from_zero(dr.fma(eta2, cos_i, g)))
+    r_s = e * over_s * over_s
+    r_p = e * over_p * (dr.fma(eta2, cos2, (cos2 - 1) + cos2_low) * over_p)
+    # at total reflection g = 0, and both squares are above 1
+    return lesser(0.5 * (dr.square(r_s) + dr.square(r_p)), Float(1)), g / eta
 
 
 def refract(d, n, cos_i, cos_t, eta):
@@ -34,8 +40,8 @@ def refract(d, n, cos_i, cos_t, eta):
 
 
 def conductor_terms(eta, k):
-    """Return eta^2 - k^2 and 4 eta^2 k^2, all that the reflectance of a metal of index eta + i k depends on; host."""
-    return eta * eta - k * k, 4 * eta * eta * k * k
+    """Return eta^2 - k^2 and 2 eta k, all that the reflectance of a metal of index eta + i k depends on; host."""
+    return (eta - k) * (eta + k), 2 * eta * k
 
 
 def conductor(cos_i, difference, product):
@@ -43,13 +49,16 @@ def conductor(cos_i, difference, product):
 
     With q = |n^2 - sin^2|, a = Re sqrt(n^2 - sin^2), c = cos_i, s = sin_i:
     r_s = (q + c^2 - 2 a c) / (q + c^2 + 2 a c), r_p = r_s (q c^2 + s^4 - 2 a c s^2) / (q c^2 + s^4 + 2 a c s^2),
-    and (r_s + r_p) / 2 needs one division. Source: [Born1999, sec. 14.4.2].
+    and (r_s + r_p) / 2 needs one division. What a metal absorbs is in proportion to a, which is small beside q: so it is
+    not taken from a difference, but from 2 a Im = product. Source: [Born1999, sec. 14.4.2].
     """
     cos2 = dr.square(cos_i)
     sin2 = 1 - cos2
     real = difference - sin2
-    q = dr.sqrt(dr.square(real) + product)
-    twice_ac = 2 * cos_i * Vector3f(*(safe_sqrt(0.5 * part) for part in q + real))
+    q = dr.sqrt(dr.square(real) + dr.square(product))
+    larger2 = 0.5 * (q + abs(real))  # the square of the larger of a and the imaginary part
+    inverse = dr.rsqrt(larger2 + TINY)
+    twice_ac = cos_i * inverse * dr.select(real > 0, 2 * larger2, product)
     even_s, even_p = q + cos2, q * cos2 + (dr.square(sin2) + TINY)
     return (even_s - twice_ac) * even_p / ((even_s + twice_ac) * (even_p + twice_ac * sin2))
 

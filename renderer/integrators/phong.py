@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.elementary import exp2, log2_below_1
 from renderer.core.frame import Frame
 from renderer.core.fresnel import dielectric, reflect, refract
 from renderer.core.numeric import TINY, greater, lesser
@@ -139,9 +140,8 @@ class Phong:
                 cos_o = dr.dot(n, light.wo)
                 facing = hit.valid & (cos_o > 0)
                 lit = facing & ~scene.occluded(leave(surface, hit.index, light.wo), light.distance, facing)
-                # clamped so that the power is 1, not undefined, at exponent 0 and a highlight of 0
-                highlight = dr.power(greater(dr.dot(n, dr.normalize(wi + light.wo)), TINY), exponent)
-                return (colour + dr.select(lit, light.radiance * (kd_diffuse * cos_o + specular * highlight), 0),)
+                shine = specular * highlight(n, wi, light.wo, exponent)
+                return (colour + dr.select(lit, light.radiance * (kd_diffuse * cos_o + shine), 0),)
 
             unroll, label = scene.light_count <= MOST_UNROLLED_LIGHTS, f"lights {group.kind.name}"
             (colour,) = repeat(group.rows.count, add, (colour,), label, unroll)
@@ -168,6 +168,15 @@ class Phong:
         waiting = tree.waiting.read(count, waits)
         now = dr.select(goes_through, through, mirrored)
         return ~ended | waits, Tree(dr.select(waits, waiting, now), tree.waiting, count)
+
+
+def highlight(n, wi, wo, exponent):
+    """Return (n.h)^exponent for unit directions, h between wi and wo; 1 at exponent 0, also of n.h <= 0.
+
+    What n.h lacks of 1 is |h - n|^2 / 2, which rounding of lengths does not change.
+    """
+    h = dr.normalize(wi + wo)
+    return exp2(log2_below_1(greater(dr.dot(n, h), TINY), 0.5 * dr.squared_norm(h - n)) * exponent)
 
 
 def _blurred(mirrored, n, d, alpha, u2):

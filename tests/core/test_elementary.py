@@ -63,3 +63,23 @@ def test_integer_powers_are_exact():
     n = np.arange(-100, 128).astype(np.float32)
     (found,) = asked(elementary.exp2, n)
     np.testing.assert_allclose(found, np.exp2(n.astype(float)), rtol=1e-6 if elementary.ON_GPU else 0)
+
+
+def test_logarithm_of_what_is_next_to_one():
+    """Relative to the logarithm itself, down to differences from 1 that float32 cannot have."""
+    rest = np.concatenate([10.0 ** np.linspace(-30, -0.01, COUNT), np.linspace(0.2, 0.999, COUNT)]).astype(np.float32)
+    exact = np.log1p(-rest.astype(float)) / math.log(2)
+    found = elementary.log2_below_1(Float((1 - rest.astype(float)).astype(np.float32)), Float(rest)).numpy().astype(float)
+    near = rest < 0.9
+    np.testing.assert_allclose(found[near], exact[near], rtol=4e-7 * SLACK)
+    assert (found <= 0).all() and np.isfinite(elementary.log2_below_1(Float(0), Float([1.0, 2.0])).numpy()).all()
+
+
+def test_power_of_two_and_what_it_lacks():
+    """Each relative to itself, for exponents that are nearly 0 and for those whose power is."""
+    x = -np.concatenate([10.0 ** np.linspace(-30, 0, COUNT), np.linspace(0.4, 99, COUNT)]).astype(np.float32)
+    power, lack = asked(elementary.exp2_both, x)
+    np.testing.assert_allclose(power, np.exp2(x.astype(float)), rtol=3e-7 * SLACK)
+    np.testing.assert_allclose(lack, -np.expm1(x.astype(float) * math.log(2)), rtol=3e-7 * SLACK)
+    power, lack = asked(elementary.exp2_both, np.array([0, -200, -1e30], np.float32))
+    assert lack[0] == 0 and (lack[1:] == 1).all() and (power[1:] > 0).all()
