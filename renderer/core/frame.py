@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.core.backend import Float, Vector3f
-from renderer.core.numeric import TINY, greater
+from renderer.core.numeric import TINY, greater, largest
 
 
 @dataclass
@@ -36,8 +36,7 @@ class Frame:
 
         What dp_du has along n is taken off twice: where it is most of dp_du, rounding leaves some of it the first time.
         """
-        size = greater(abs(dp_du.x), greater(abs(dp_du.y), abs(dp_du.z)))
-        t = dp_du * dr.rcp(greater(size, Float(TINY)))  # so that no square overflows or vanishes
+        t = dp_du * dr.rcp(greater(largest(dp_du), Float(TINY)))  # so that no square overflows or vanishes
         t -= n * dr.dot(n, t)
         t -= n * dr.dot(n, t)
         t *= dr.rsqrt(greater(dr.squared_norm(t), Float(TINY)))

@@ -11,6 +11,7 @@ from renderer.core.backend import Float
 EPSILON = 2.0**-24  # unit roundoff of float32
 FAR = 1e30  # scene units: no hit; its square stays finite in float32
 TINY = 1e-30  # below every meaningful direction component; its reciprocal is FAR
+LEAST_NORMAL = 2.0**-126  # float32's; what is smaller, Dr.Jit's threads take for 0
 EDGE_TOLERANCE = 2.0**-20  # barycentric; neighbours overlap by 16 roundoffs so that no ray slips through their edge
 LEAVE_ULPS = 16.0  # roundoffs of |o| below which a hit is the rounding of the surface just left
 
@@ -28,6 +29,11 @@ def lesser(a, b):
 def greater(a, b):
     """Return the larger; b where either is NaN."""
     return dr.select(a > b, a, b)
+
+
+def largest(v):
+    """Return the size of the largest component of a vector."""
+    return greater(abs(v.x), greater(abs(v.y), abs(v.z)))
 
 
 def safe_sqrt(x):

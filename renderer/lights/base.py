@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.core.backend import Bool, Float, Vector3f
-from renderer.core.numeric import EPSILON, TINY, greater
+from renderer.core.numeric import EPSILON, TINY, greater, largest
 from renderer.core.registry import Registry
 
 # Roundoffs of coordinates by which a point of a lamp, and where a ray is found to meet it, lie off its surface.
@@ -82,7 +82,7 @@ def short_of(distance, p, cosine):
     Rounding moves the lamp's point, and what a ray that is aimed at it meets, off its surface by some roundoffs of the
     coordinates; along the ray this grows with 1 / cosine.
     """
-    size = distance + greater(abs(p.x), greater(abs(p.y), abs(p.z)))
+    size = distance + largest(p)
     return distance - size * (LAMP_ULPS * EPSILON) / cosine
 
 

@@ -6,7 +6,7 @@ A triangle is chosen by its area from an alias table. Light goes to the side tha
 import drjit as dr
 
 from renderer.core.backend import Bool, Float, UInt32
-from renderer.core.numeric import TINY, greater
+from renderer.core.numeric import LEAST_NORMAL, TINY, greater, largest
 from renderer.core.rows import Rows
 from renderer.core.warp import square_to_triangle
 from renderer.lights.base import towards
@@ -37,6 +37,7 @@ class MeshLights:
         u2.x = left
         b = square_to_triangle(u2)
         normal = dr.cross(e1, e2)
+        normal *= dr.rcp(greater(largest(normal), Float(LEAST_NORMAL)))  # small triangles' squares would vanish
         normal *= dr.rsqrt(greater(dr.squared_norm(normal), Float(TINY)))
         q = dr.fma(e1, b.x, dr.fma(e2, b.y, v0))
         return towards(q, normal, p, row.vector(RADIANCE), row[INVERSE_AREA], Bool(False))
