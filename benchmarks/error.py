@@ -152,7 +152,11 @@ class Process:
             [sys.executable, "-m", "benchmarks.error_worker", side, str(path)], cwd=ROOT, env=environment, text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log,
         )  # fmt: skip
-        self.started = self._answer()  # {"import", "build"}: seconds
+        try:
+            self.started = self._answer()  # {"import", "build"}: seconds
+        except BenchmarkError:
+            self.__exit__()
+            raise
 
     def __enter__(self):
         return self

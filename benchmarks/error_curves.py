@@ -37,12 +37,12 @@ def told_apart(runs, reference):
     levels = {}
     for run in runs:
         levels.setdefault(run.level, []).append(run)
-    kept = [
-        group for group in levels.values()
+    kept = {
+        level for level, group in levels.items()
         if spread([run.relative_mse for run in group])["median"] >= MARGIN * reference["error"]
         and spread([run.mse for run in group])["median"] >= MARGIN * reference["mse"]
-    ]  # fmt: skip
-    return [run for group in kept for run in group]
+    }  # fmt: skip
+    return [run for run in runs if run.level in kept]
 
 
 def curve(runs, repeat):
