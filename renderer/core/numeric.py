@@ -13,12 +13,12 @@ FAR = 1e30  # scene units: no hit; its square stays finite in float32
 TINY = 1e-30  # below every meaningful direction component; its reciprocal is FAR
 LEAST_NORMAL = 2.0**-126  # float32's; what is smaller, Dr.Jit's threads take for 0
 EDGE_TOLERANCE = 2.0**-20  # barycentric; neighbours overlap by 16 roundoffs so that no ray slips through their edge
-LEAVE_ULPS = 16.0  # roundoffs of |o| below which a hit is the rounding of the surface just left
+LEAVE_ULPS = 2.0  # roundoffs of |o| by which that may lie off a surface: one along each axis, together sqrt(3)
 
 
 def away_from_zero(x):
-    """Return x + TINY: TINY instead of 0, and x itself from 2^24 TINY on; NaN stays NaN."""
-    return x + TINY
+    """Return x moved by TINY away from 0, which is x itself from 2^24 TINY on; -0 counts as negative, NaN stays NaN."""
+    return x + dr.copysign(type(x)(TINY), x)
 
 
 def lesser(a, b):

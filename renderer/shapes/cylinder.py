@@ -27,9 +27,12 @@ def interval(row, ray):
         (dr.dot(f, row.vector(column)), dr.dot(ray.d, row.vector(column))) for column in (TANGENT, BITANGENT, AXIS)
     )
 
-    # across the axis: a circle, as for the sphere but with a direction that is not of unit length; it vanishes for
-    # a line along the axis, where the interval becomes everything (inside the circle) or nothing (outside)
-    inverse = dr.rcp(dr.fma(dx, dx, dy * dy) + TINY)
+    # across the axis: a circle, as for the sphere but with a direction that is not of unit length; for a line along
+    # the axis it is 0, and the interval becomes everything (inside the circle) or nothing (outside)
+    speed2 = dr.fma(dx, dx, dy * dy)
+    along = speed2 < TINY
+    dx, dy = dr.select(along, 0, dx), dr.select(along, 0, dy)
+    inverse = dr.rcp(greater(speed2, TINY))
     middle = -dr.fma(fx, dx, fy * dy) * inverse
     closest_x, closest_y = dr.fma(dx, middle, fx), dr.fma(dy, middle, fy)
     discriminant = dr.square(row[RADIUS]) - dr.fma(closest_x, closest_x, closest_y * closest_y)
