@@ -1,9 +1,10 @@
 """Speed against error of path tracing beside Mitsuba's `path`, scene by scene, at rising numbers of samples.
 
-Contenders: ours as it is by default, and Mitsuba in `llvm_ad_rgb` and `scalar_rgb`, each with its `independent` sampler and
-with the other stock sampler for which error x time is smallest (in `llvm_ad_rgb`, at 64 samples a pixel, found in the
-same run); with a GPU also both on CUDA. All render the same scene: 192 x 128 pixels, box filter, no Russian roulette, the
-same number of bounces. Each has a process and a kernel cache of its own, and they take turns, picture by picture.
+Contenders: ours as it is by default, and Mitsuba in `llvm_ad_rgb` and `scalar_rgb`, each with its `independent` sampler
+and with the other stock sampler for which error x time is smallest (in `llvm_ad_rgb`, at 64 samples a pixel, found in
+the same run); with a GPU also both on CUDA. All render the same scene: 192 x 128 pixels, box filter, no Russian
+roulette, the same number of bounces. Each has a process and a kernel cache of its own, and they take turns, picture by
+picture.
 
 Time is that of a render whose kernels are compiled: CPU time of all threads, on a GPU time by the clock. Importing,
 building the scene and compiling are told apart, each with an empty cache. Errors are taken against references of both
@@ -71,8 +72,10 @@ def measure(effort):
         print(f"  {name}", file=sys.stderr)
         for title, rows in of_scene(name, repeats, longest).items():
             tables[title] += rows
-    figures = [Figure(f"{row['scene']}, speed at equal error beside Mitsuba's best", "x", HIGHER, slowest(row), None, AIM)
-               for row in tables["at equal error"]]  # fmt: skip
+    figures = [
+        Figure(f"{row['scene']}, speed at equal error beside Mitsuba's best", "x", HIGHER, slowest(row), None, AIM)
+        for row in tables["at equal error"]
+    ]
     return result(figures, **tables)
 
 

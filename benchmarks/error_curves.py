@@ -46,9 +46,9 @@ def told_apart(runs, reference):
 
 
 def curve(runs, repeat):
-    """Return [(seconds, relative MSE)] of one repeat by rising level, without points that have the error of earlier ones.
+    """Return [(seconds, relative MSE)] of one repeat by rising level, without points no better than an earlier one.
 
-    Errors fall along it, so that there is one time for each.
+    So errors fall along it, and there is one time for each.
     """
     points = []
     for run in sorted((run for run in runs if run.repeat == repeat), key=lambda run: run.level):

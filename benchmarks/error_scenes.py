@@ -1,8 +1,8 @@
 """The scenes of the benchmark `error`, from the coursework's to a million triangles; all of 192 x 128 pixels.
 
-Materials are those that stock Mitsuba has, but for `scene`, which keeps the coursework's own: there Mitsuba renders with
-the plugin of `converters/coursework_bsdf.py`, which is traced like any other in its JIT modes, while its scalar mode
-would wait for Python at every hit and is left out (`JIT_ONLY`).
+Materials are those that stock Mitsuba has, but for `scene`, which keeps the coursework's own: there Mitsuba renders
+with the plugin of `converters/coursework_bsdf.py`, which is traced like any other in its JIT modes, while its scalar
+mode would wait for Python at every hit and is left out (`JIT_ONLY`).
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
 """Reference pictures of the benchmark `error`, made by both renderers: `python -m benchmarks.references [NAME ...]`.
 
-Each side renders BATCHES pictures with seeds of their own, for about so many SECONDS of CPU time. Only where the two agree is the
-reference written: their mean, each side weighted by the inverse of its variance. A weight belongs to a whole picture:
-weights by pixel would follow the noise, and draw the mean towards dark batches.
+Each side renders BATCHES pictures with seeds of their own, for about so many SECONDS of CPU time. Only where the two
+agree is the reference written: their mean, each side weighted by the inverse of its variance. A weight belongs to a
+whole picture: weights by pixel would follow the noise, and draw the mean towards the side that is darker by chance.
 
 The two agree if no block of pixels, no sum of squares over the blocks and no mean brightness is further apart than
-noise explains. Beside the noise counts a share of a block's radiance: FLOOR for rounding, and OFFSETS on meshes. Mitsuba
-starts rays 1e-4 (1 + |p|) off a surface, which lets light through their finest crevices. What is left between the
-two beyond noise, as a relative MSE, is told too.
+noise explains. Beside the noise counts a share of a block's radiance: FLOOR for rounding, and OFFSETS on meshes.
+Mitsuba starts rays 1e-4 (1 + |p|) off a surface, which lets light through their finest crevices. What is left between
+the two beyond noise, as a relative MSE, is told too.
 
 The file is an EXR whose header tells how it was made. Mantissas are cut to as many bits as the reference's own error
 deserves, so that the files stay small.
@@ -69,7 +69,7 @@ class Reference:
 
 
 def agreement(ours, theirs, floor=FLOOR):
-    """Return the Agreement of two sides, (K, H, W, 3) each; a difference of `floor` of a block's radiance is granted."""
+    """Return the Agreement of two sides, (K, H, W, 3) each; `floor` of a block's radiance is granted to them."""
     (a, va), (b, vb) = (_moments(_blocks(side)) for side in (ours, theirs))
     score = (a - b) / np.sqrt(va + vb + (floor * np.maximum(abs(a), abs(b))) ** 2 + 1e-30)
     (mean_a, var_a), (mean_b, var_b) = (_moments(side.mean((1, 2, 3))) for side in (ours, theirs))
@@ -197,7 +197,8 @@ def _versions():
 
 def main(arguments=None):
     """Make the references of the named scenes, or of all; return the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.references", allow_abbrev=False, description=__doc__.split("\n\n", 1)[1])
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.references", allow_abbrev=False,
+                                     description="Make the references of scenes, where the two renderers agree.")
     parser.add_argument("names", nargs="*", metavar="NAME",
                         help=f"of these: {', '.join(error_scenes.SCENES)} (default: all)")
     options = parser.parse_args(arguments)

@@ -103,7 +103,8 @@ def test_levels_stop_where_pictures_take_too_long(monkeypatch):
             return {"samples": taken, "cpu": self._seconds * taken, "wall": 0.0, "compile": 0.0}, None
 
     monkeypatch.setattr(error, "LEVELS", (1, 4, 16))
-    judge = type("Judge", (), {"measures": lambda self, picture: dict(mse=1.0, relative_mse=1.0, ssim=1.0, flip=1.0)})()
+    one = {"mse": 1.0, "relative_mse": 1.0, "ssim": 1.0, "flip": 1.0}
+    judge = type("Judge", (), {"measures": lambda self, picture: one})()
     field = [error.Contender(name, "ours", None) for name in ("slow", "rounds")]
     runs = error._in_turns(field, {"slow": Fake("slow", 0.3, 1), "rounds": Fake("rounds", 0.1, 4)}, judge, 2, 2.0)
     assert asked == 2 * [("slow", 1), ("rounds", 1)] + 2 * [("slow", 4)] + 2 * [("rounds", 16)]
