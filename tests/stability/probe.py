@@ -1,0 +1,137 @@
+"""Rays at one shape: what the renderer and Mitsuba find on the same float32 input. Not a case by itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import drjit as dr
+import numpy as np
+
+from converters.solids import parts
+from renderer.core.backend import Bool, Float, UInt32, Vector3f
+from renderer.core.numeric import FAR
+from renderer.core.records import Ray
+from renderer.core.rows import Rows
+from renderer.engine import queries
+from renderer.scene import schema
+from renderer.scene.geometry import Geometry, ShapeGroup
+from renderer.shapes import KINDS
+from tests.stability.case import mitsuba
+
+EXACT = np.longdouble  # yardsticks: 64 bits of mantissa where the machine has them
+
+
+@dataclass(frozen=True)
+class Found:
+    """Hits of N rays as float64: distance (N,), infinity for none, point and normal (N, 3)."""
+
+    t: np.ndarray
+    p: np.ndarray
+    n: np.ndarray
+
+    @property
+    def hit(self):
+        """Whether anything was hit, (N,)."""
+        return np.isfinite(self.t)
+
+
+def sphere(center, radius):
+    """Return a sphere with float32 numbers."""
+    return schema.Sphere(center=singles(center), radius=single(radius))
+
+
+def single(value):
+    """Return the float32 nearest to a number, as a Python float."""
+    return float(np.float32(value))
+
+
+def singles(values):
+    """Return the float32 numbers nearest to some, as a tuple."""
+    return tuple(np.asarray(values, np.float32).astype(np.float64).tolist())
+
+
+def vectors(array):
+    """Return an (N, 3) array as lanes."""
+    return Vector3f(*np.ascontiguousarray(np.asarray(array, np.float32).T))
+
+
+def unit(array):
+    """Return (N, 3) vectors at unit length but for float32's rounding."""
+    array = np.asarray(array, EXACT)
+    return (array / np.sqrt((array * array).sum(-1, keepdims=True))).astype(np.float32)
+
+
+@lru_cache(maxsize=64)
+def geometry(*shapes):
+    """Return the renderer's Geometry of some shapes of one kind."""
+    kind = KINDS[shapes[0].type]
+    columns = kind.columns(shapes) if kind.columns else None
+    rows = Rows([kind.pack(shape, columns) for shape in shapes], directions=kind.directions)
+    return Geometry((ShapeGroup(kind, rows, 0),), None, None, len(shapes))
+
+
+def ours(shape, o, d, left_inwards=None):
+    """Return what the renderer finds; `left_inwards` tells of rays that start on the shape which way they go."""
+    shapes = geometry(*(shape if isinstance(shape, tuple) else (shape,)))
+    ray = Ray(vectors(o), vectors(d))
+    if left_inwards is not None:
+        ray.left_index, ray.left_inwards = dr.zeros(UInt32, len(o)), Bool(np.broadcast_to(left_inwards, len(o)))
+    hit = queries.closest(shapes, ray)
+    surface = shapes.surface(ray, hit, with_uv=False)
+    t, valid = doubles(hit.t), np.array(hit.valid)
+    return Found(np.where(valid, t, np.inf), doubles(surface.p).T, doubles(surface.n_geo).T)
+
+
+def theirs(shape, o, d):
+    """Return what Mitsuba finds."""
+    mi = mitsuba()
+    found = stage(shape).ray_intersect(mi.Ray3f(mi.Point3f(*columns(o)), mi.Vector3f(*columns(d))))
+    return Found(doubles(found.t), doubles(found.p).T, doubles(found.n).T)
+
+
+def our_shadows(shape, o, d):
+    """Return which rays the renderer finds blocked: at distance 1, without points and normals."""
+    blocked = queries.occluded(geometry(shape), Ray(vectors(o), vectors(d)), Float(FAR))
+    return Found(np.where(np.array(blocked), 1, np.inf), None, None)
+
+
+def mitsuba_shadows(shape, o, d):
+    """Return which rays Mitsuba finds blocked, likewise."""
+    mi = mitsuba()
+    blocked = stage(shape).ray_test(mi.Ray3f(mi.Point3f(*columns(o)), mi.Vector3f(*columns(d))))
+    return Found(np.where(np.array(blocked), 1, np.inf), None, None)
+
+
+@lru_cache(maxsize=64)
+def stage(shape):
+    """Return Mitsuba's scene of one shape, without bitmaps, lights and sensors."""
+    mi, scene = mitsuba(), {"type": "scene"}
+    for part in parts(shape):
+        if part.mesh is not None:
+            mesh = mi.Mesh(part.name, len(part.mesh.vertices), len(part.mesh.faces))
+            content = mi.traverse(mesh)
+            content["vertex_positions"] = mi.Float(part.mesh.vertices.ravel().astype(np.float32))
+            content["faces"] = mi.UInt32(part.mesh.faces.ravel().astype(np.uint32))
+            content.update()
+            scene[part.name] = mesh
+        elif shape.type == "sphere":
+            scene[part.name] = {"type": "sphere", "center": list(shape.center), "radius": shape.radius}
+        else:
+            scene[part.name] = {"type": part.kind, "to_world": mi.ScalarTransform4f(part.to_world)}
+    return mi.load_dict(scene)
+
+
+def columns(array):
+    """Return the columns of an (N, 3) array, contiguous and in single precision."""
+    return [*np.ascontiguousarray(np.asarray(array, np.float32).T)]
+
+
+def doubles(lanes):
+    """Return lanes as a float64 array."""
+    return np.array(lanes, np.float64)
+
+
+def dot(a, b):
+    """Return the dot products of (N, 3) arrays in the yardstick's precision."""
+    return (np.asarray(a, EXACT) * np.asarray(b, EXACT)).sum(-1)
