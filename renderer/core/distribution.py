@@ -43,9 +43,12 @@ class AliasTables:
         """Return the thing that u and v in [0, 1) choose, and what is left of v, again even in [0, 1).
 
         `first` is the first place of a table (int, or UInt32 in lanes), `bits` its size (likewise). A place is taken
-        from the bits of u, so that all are equally likely.
+        from the first bits of u, so that all are equally likely; the others follow those of v, so that shares far below
+        2^-24 are neither lost nor made as large as that.
         """
-        place = UInt32(u * 2.0**RANDOM_BITS) >> (RANDOM_BITS - bits)
+        number = UInt32(u * 2.0**RANDOM_BITS)
+        place = number >> (RANDOM_BITS - bits)
+        v = dr.fma(Float((number << bits) & (2**RANDOM_BITS - 1)), 4.0**-RANDOM_BITS, v)
         index = first + place
         words = dr.gather(ArrayXu, self._words, index, shape=(WORDS, dr.width(index)))
         share = dr.reinterpret_array(Float, words[0])
