@@ -87,7 +87,8 @@ def theirs(shape, o, d):
     """Return what Mitsuba finds."""
     mi = mitsuba()
     found = stage(shape).ray_intersect(mi.Ray3f(mi.Point3f(*columns(o)), mi.Vector3f(*columns(d))))
-    return Found(doubles(found.t), doubles(found.p).T, doubles(found.n).T)
+    p = np.where(np.isfinite(t := doubles(found.t)), doubles(found.p), np.nan)
+    return Found(t, p.T, doubles(found.n).T)
 
 
 def our_shadows(shape, o, d):
@@ -135,3 +136,8 @@ def doubles(lanes):
 def dot(a, b):
     """Return the dot products of (N, 3) arrays in the yardstick's precision."""
     return (np.asarray(a, EXACT) * np.asarray(b, EXACT)).sum(-1)
+
+
+def at(o, d, t):
+    """Return the exact points o + t d, NaN where t is infinite."""
+    return np.asarray(o, EXACT) + np.asarray(d, EXACT) * np.where(np.isfinite(t), t, np.nan)[:, None]

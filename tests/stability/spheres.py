@@ -119,14 +119,6 @@ def decided(sphere, o, d):
     return lambda find: np.where(find(sphere, o, d).hit == wanted, 0, beside)
 
 
-def met(sphere, o, d):
-    """Return a measure: how far o + t d is from the sphere, in roundoffs."""
-    def errors(find):
-        found = find(sphere, o, d)
-        return off(sphere, o + np.asarray(d, EXACT) * found.t[:, None]) / scale(sphere, o)
-    return errors
-
-
 def reached(sphere, o, d):
     """Return a measure: errors of t in ulp."""
     exact = first(sphere, o, d)
