@@ -19,7 +19,7 @@ from renderer.core.numeric import EPSILON, FAR, LEAVE_ULPS, greater
 from renderer.core.records import NO_SHAPE, Hit, Ray, Surface
 from renderer.core.rows import Rows, repeat
 from renderer.scene.triangles import Triangles
-from renderer.shapes.base import ShapeKind
+from renderer.shapes.base import ShapeKind, starts_off_sheet
 
 TRIANGLES = 0  # code of leaf records that hold triangles; those of shapes count from 1
 # a shadow ray ends this many roundoffs before its light, so that a light on a surface is not hidden by it
@@ -136,7 +136,7 @@ class Geometry:
             if axes:
                 here = words[TAG] == LEAF | TRIANGLES
                 for inside, t, index in watertight.test(words, axes):
-                    met = here & inside & (t > t_min)
+                    met = here & inside & (t > 0)  # what leaves triangles starts off them
                     found.append((met if ray.left_index is None else met & (index != ray.left_index), t, index))
             for group in groups:
                 here = words[TAG] == LEAF | group.code
@@ -197,7 +197,7 @@ def leave(surface, index, direction):
 
 
 def _closest_allowed(ray):
-    """Return the distance that rounding of the origin can fake on shapes that touch the one just left; else 0."""
+    """Return how far rounding can put the origin off the surface just left, and so off others that touch it; else 0."""
     if ray.left_index is None:
         return Float(0)
     o = abs(ray.o)
@@ -209,8 +209,8 @@ def _distance(kind, row, ray, this, t_min):
     own = None if ray.left_index is None else ray.left_index == this
     if not kind.solid:
         met, t = kind.distance(row, ray)
-        met &= t > t_min
-        return met if own is None else met & ~own, t
+        met &= t > 0
+        return met if own is None else met & ~own & starts_off_sheet(row, ray, t_min), t
     met, near, far = kind.interval(row, ray)
     if own is not None:
         # a shape that is left inwards is met again on its far side only, one that is left outwards never

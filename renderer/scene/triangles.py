@@ -16,9 +16,13 @@ from renderer.shapes.base import derivatives
 
 CORNER_WORDS = 4
 PLAIN, FULL = 4, 8  # words of a vertex without and with normal and v
-# of the coordinates: the rounding of a sum of three products, of weights that add up to 1 within two roundoffs, and of
-# the point that is moved by as much [Pharr2023, sec. 6.8.1]
-POINT_ROUNDOFFS = 8.0
+# How far a ray starts off the plane of its triangle, as [Pharr2023, sec. 6.8.1] but with less of the coordinates: those
+# of a corner plus two parts of edges are rounded twice, and once when the point is moved.
+POINT_ROUNDOFFS = 3.0
+# Of the edges: a neighbour's corners are projected within 8 roundoffs of their distance (a difference, an orthonormal
+# basis, three products). A point of the edge between them sees their mean: at most half of its length off, which the
+# components of both edges that start at a corner are together at least.
+EDGE_ROUNDOFFS = 4.0
 
 
 class Triangles:
@@ -87,11 +91,13 @@ class Triangles:
             return dr.fma(values[0], b0, dr.fma(values[1], b1, values[2] * b2))
 
         e1, e2 = v[1] - v[0], v[2] - v[0]
+        p = dr.fma(e1, b1, dr.fma(e2, b2, v[0]))
         n = dr.cross(e1, e2)
         n_geo = n * dr.rsqrt(greater(dr.squared_norm(n), Float(TINY)))
         size = [greater(abs(a), greater(abs(b), abs(c))) for a, b, c in zip(*v)]
         rounding = dr.dot(abs(n_geo), Vector3f(*size)) * Float(POINT_ROUNDOFFS * EPSILON)
-        found = Surface(mean(v), n_geo, rounding=rounding, n_smooth=n_geo)
+        rounding += dr.sum(abs(e1) + abs(e2)) * Float(EDGE_ROUNDOFFS * EPSILON)
+        found = Surface(p, n_geo, rounding=rounding, n_smooth=n_geo)
         if not self.plain:
             smooth = mean([Vector3f(vertex[4], vertex[5], vertex[6]) for vertex in words])
             length = dr.squared_norm(smooth)

@@ -5,7 +5,7 @@ lane, in the columns that `pack` wrote. All vectors are in world space, distance
 
 - `pack(shape, columns)`: host; the validated description as a list of floats, computed in double precision.
 - solids: `interval(row, ray) -> (met, near, far)`, the part of the line inside the convex volume, where `met`.
-- sheets: `distance(row, ray) -> (met, t)`, likewise.
+- sheets: `distance(row, ray) -> (met, t)`, likewise; columns 0 to 6 are SHEET_POINT, SHEET_NORMAL and SHEET_ROUNDING.
 - `surface(row, p) -> Surface`: the point moved onto the shape, with the outward unit normal.
 - `texture_coordinates(row, surface) -> Vector2f`.
 - `tangents(row, surface) -> (dp_du, dp_dv)`: derivatives of the point by these; where one does not exist (poles,
@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.core.backend import Float, Vector3f
-from renderer.core.numeric import TINY, greater
+from renderer.core.numeric import EPSILON, TINY, greater
 from renderer.core.registry import Registry
 
 
@@ -55,8 +55,32 @@ class ShapeKind:
 
 SHORT = 1e-7  # of a radius: the distance from a pole or from the middle of a cap below which it counts as this far
 
+SHEET_POINT, SHEET_NORMAL, SHEET_ROUNDING = 0, 3, 6  # columns of sheets: a point, the unit normal, and `rounding`
+SHEET_ROUNDOFFS = 10.0  # five for the point and five for the ray, see `rounding`
+
 KINDS = Registry()
 register = KINDS.register
+
+
+def rounding(normal, reach):
+    """Return twice the square of how far off its plane rounding may put what lies on a sheet. Host.
+
+    `reach` is how far along each axis the sheet reaches from its point c. A point p is projected by n.(p - c), and a ray
+    that starts there finds by n.(c - o) how far it is from the plane, of this sheet or of another that goes on in that
+    plane, as large. Either is wrong by a roundoff of each term |n_i| |p_i - c_i| for the normal, another for the
+    difference, and three for the sum of products. What the rounding of p itself brings, its coordinates tell.
+    """
+    return 2 * (SHEET_ROUNDOFFS * EPSILON * sum(abs(n) * r for n, r in zip(normal, reach))) ** 2
+
+
+def starts_off_sheet(row, ray, rounding):
+    """Return whether a ray starts farther from a sheet's plane than can be `rounding` of its origin, and of the sheet.
+
+    Closer to it no side can be told, and a hit there is none, at however grazing an angle and so far away. Squares of
+    sums are bounded by twice the sum of squares, which makes leaner kernels than absolute values do.
+    """
+    height = dr.dot(row.vector(SHEET_NORMAL), row.vector(SHEET_POINT) - ray.o)
+    return dr.square(height) > row[SHEET_ROUNDING] + 2 * dr.square(rounding)
 
 
 def turn(y, x):

@@ -7,16 +7,17 @@ import drjit as dr
 from renderer.core.backend import Vector2f
 from renderer.core.records import Surface
 from renderer.core.vectors import frame, unit
-from renderer.shapes.base import ShapeKind, polar_tangents, register, turn
+from renderer.shapes.base import ShapeKind, polar_tangents, register, rounding, turn
 
-CENTER, NORMAL, TANGENT, BITANGENT, RADIUS = 0, 3, 6, 9, 12
+CENTER, NORMAL, ROUNDING, TANGENT, BITANGENT, RADIUS = 0, 3, 6, 7, 10, 13
 
 
 def pack(shape, columns=None):
-    """Return the middle, the unit normal with its two tangents, and the radius."""
+    """Return the middle, the unit normal, the rounding, the normal's two tangents, and the radius."""
     normal = unit(shape.normal)
     tangent, bitangent = frame(normal)
-    return [*shape.center, *normal, *tangent, *bitangent, shape.radius]
+    reach = [shape.radius * math.sqrt(max(0.0, 1 - n * n)) for n in normal]
+    return [*shape.center, *normal, rounding(normal, reach), *tangent, *bitangent, shape.radius]
 
 
 def distance(row, ray):

@@ -5,16 +5,16 @@ import drjit as dr
 from renderer.core.backend import Bool, Vector2f
 from renderer.core.records import Surface
 from renderer.core.vectors import frame, unit
-from renderer.shapes.base import ShapeKind, register
+from renderer.shapes.base import ShapeKind, register, rounding
 
-POINT, NORMAL, TANGENT, BITANGENT = 0, 3, 6, 9
+POINT, NORMAL, ROUNDING, TANGENT, BITANGENT = 0, 3, 6, 7, 10
 
 
 def pack(shape, columns=None):
-    """Return the point, the unit normal and the two axes of the texture."""
+    """Return the point, the unit normal, the rounding for the world's origin, and the two axes of the texture."""
     normal = unit(shape.normal)
     tangent, bitangent = frame(normal)
-    return [*shape.point, *normal, *tangent, *bitangent]
+    return [*shape.point, *normal, rounding(normal, map(abs, shape.point)), *tangent, *bitangent]
 
 
 def distance(row, ray):

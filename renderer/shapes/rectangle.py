@@ -10,18 +10,19 @@ from renderer.core.backend import Vector2f
 from renderer.core.numeric import EDGE_TOLERANCE
 from renderer.core.records import Surface
 from renderer.core.vectors import cross, dot, unit
-from renderer.shapes.base import ShapeKind, edges, register
+from renderer.shapes.base import ShapeKind, edges, register, rounding
 
-CENTER, NORMAL, DUAL_U, DUAL_V = 0, 3, 6, 9
+CENTER, NORMAL, ROUNDING, DUAL_U, DUAL_V = 0, 3, 6, 7, 10
 
 
 def pack(shape, columns=None):
-    """Return the middle, the unit normal and the dual edges."""
+    """Return the middle, the unit normal, the rounding and the dual edges."""
     n = cross(shape.u, shape.v)
     scale = 1 / dot(n, n)
     dual_u = [scale * component for component in cross(shape.v, n)]
     dual_v = [scale * component for component in cross(n, shape.u)]
-    return [*shape.center, *unit(n), *dual_u, *dual_v]
+    reach = [0.5 * (abs(a) + abs(b)) for a, b in zip(shape.u, shape.v)]
+    return [*shape.center, *unit(n), rounding(unit(n), reach), *dual_u, *dual_v]
 
 
 def distance(row, ray):

@@ -11,13 +11,13 @@ from renderer.core.backend import Vector2f
 from renderer.core.numeric import EDGE_TOLERANCE
 from renderer.core.records import Surface
 from renderer.core.vectors import cross, dot, subtract, unit
-from renderer.shapes.base import ShapeKind, derivatives, edges, register
+from renderer.shapes.base import ShapeKind, derivatives, edges, register, rounding
 
-V0, NORMAL, DUAL1, DUAL2, UV0, UV1, UV2 = 0, 3, 6, 9, 12, 14, 16
+V0, NORMAL, ROUNDING, DUAL1, DUAL2, UV0, UV1, UV2 = 0, 3, 6, 7, 10, 13, 15, 17
 
 
 def pack(shape, columns=None):
-    """Return v0, unit normal, dual edges, and the corners' texture coordinates."""
+    """Return v0, unit normal, rounding, dual edges, and the corners' texture coordinates."""
     e1 = subtract(shape.v1, shape.v0)
     e2 = subtract(shape.v2, shape.v0)
     n = cross(e1, e2)
@@ -25,7 +25,8 @@ def pack(shape, columns=None):
     dual1 = [scale * component for component in cross(e2, n)]
     dual2 = [scale * component for component in cross(n, e1)]
     corners = (*shape.uv0, *shape.uv1, *shape.uv2)
-    return [*shape.v0, *unit(n), *dual1, *dual2, *corners]
+    reach = [max(abs(a), abs(b)) for a, b in zip(e1, e2)]
+    return [*shape.v0, *unit(n), rounding(unit(n), reach), *dual1, *dual2, *corners]
 
 
 def distance(row, ray):

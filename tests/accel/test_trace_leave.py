@@ -51,4 +51,5 @@ def test_what_leaves_inwards_meets_the_far_side(place):
 def test_points_must_be_moved_off_the_surface(monkeypatch, place):
     """Left where rounding put them, some lie below their neighbours, which rays close to the surface meet."""
     monkeypatch.setattr(triangles, "POINT_ROUNDOFFS", 0.0)
+    monkeypatch.setattr(triangles, "EDGE_ROUNDOFFS", 0.0)
     assert departures(place, inwards=False) > 0
