@@ -9,7 +9,7 @@ The coefficients interpolate at Chebyshev points,
 import drjit as dr
 
 from renderer.core.backend import NAME, Float, Int32
-from renderer.core.numeric import greater, lesser
+from renderer.core.numeric import away_from_zero, greater, lesser
 
 ON_GPU = NAME == "cuda"
 TWO_PI = 6.283185307179586
@@ -22,6 +22,9 @@ COS_EIGHTH = 0.9999999723, -0.3084242519, 0.01584991071, -0.0003188774749
 LOG2 = (1.442695004, -0.7213474682, 0.4809107535, -0.3606932681, 0.2879032609, -0.2391698814, 0.2160782256,
         -0.2058618803, 0.1231096843)  # fmt: skip
 EXP2 = 1.0, 0.6931472067, 0.2402265092, 0.05550327227, 0.009618056678, 0.001340042818, 0.0001546144472
+# atan(t) / t in t^2 <= 1
+ATAN = (1.0, -0.33333276, 0.19998075, -0.14260016, 0.10932342, -0.083497247, 0.057089558, -0.030351866, 0.010487654,
+        -0.0017011701)  # fmt: skip
 ROOT_HALF_BITS = 0x3F3504F3  # of sqrt(1/2)
 MANTISSA_BITS, EXPONENT_BIAS = 23, 127
 LOG2_E = 1.442695041
@@ -54,6 +57,28 @@ def sincos_eighth(q):
         return dr.sincos(q * (TWO_PI / 8))
     q2 = dr.square(q)
     return q * polynomial(q2, SIN_EIGHTH), polynomial(q2, COS_EIGHTH)
+
+
+def atan2(y, x):
+    """Return the angle of (x, y) in radians, between -pi and pi, to 4e-7; 0 for (0, 0)."""
+    if ON_GPU:
+        return dr.atan2(y, x)
+    a, b = abs(x), abs(y)
+    steep = b > a
+    t = dr.select(steep, a, b) / away_from_zero(dr.select(steep, b, a))
+    angle = t * polynomial(dr.square(t), ATAN)
+    angle = dr.select(steep, 0.25 * TWO_PI - angle, angle)
+    return dr.mulsign(dr.select(x < 0, 0.5 * TWO_PI - angle, angle), y)
+
+
+def polar(cosine, sine):
+    """Return the angle between 0 and pi with this cosine and sine (not negative), to 3e-7 of it, also near 0.
+
+    It is twice the arc tangent of sine / (1 + cosine). An arc cosine would lose small angles.
+    """
+    t = sine / (1 + abs(cosine))
+    angle = 2 * (dr.atan2(t, Float(1)) if ON_GPU else t * polynomial(dr.square(t), ATAN))
+    return dr.select(cosine < 0, 0.5 * TWO_PI - angle, angle)
 
 
 def log2(x):

@@ -15,6 +15,7 @@ import drjit as dr
 
 from renderer.core.backend import ArrayXf, Bool, Float, UInt32, Vector3f, from_host
 from renderer.core.colour import LUMINANCE
+from renderer.core.elementary import atan2, polar
 from renderer.core.numeric import FAR, TINY, greater, lesser, safe_sqrt
 from renderer.lights.base import DirectSample
 
@@ -59,15 +60,15 @@ class Environment:
     def radiance(self, d):
         """Return the colour seen in a direction, and the density of `sample` for it."""
         width, height = map(Float, self._size)
-        x = (dr.atan2(-d.x, -d.z) * (1 / TURN) - self._turns) * width - 0.5
+        sin = dr.sqrt(dr.fma(d.x, d.x, d.z * d.z))
+        x = (atan2(-d.x, -d.z) * (1 / TURN) - self._turns) * width - 0.5
         x -= width * dr.floor(x / width)
-        y = dr.safe_acos(d.y) * (1 / math.pi) * (height - 1)
+        y = polar(d.y, sin) * (1 / math.pi) * (height - 1)
         column = lesser(dr.floor(x), width - 1)
         row = lesser(dr.floor(y), height - 2)
         corners = self._corners(UInt32(column), UInt32(row))
         colour = _bilinear(corners, x - column, y - row)
-        sin = greater(dr.sqrt(dr.fma(d.x, d.x, d.z * d.z)), Float(TINY))
-        return Vector3f(*colour[:3]), colour[3] / sin
+        return Vector3f(*colour[:3]), colour[3] / greater(sin, Float(TINY))
 
     def sample(self, u2):
         """Return a direction as a DirectSample: a patch between four texels, first its row, and a place in it."""

@@ -36,6 +36,25 @@ def test_sine_and_cosine_of_an_eighth():
     np.testing.assert_allclose(cosine, np.cos(math.pi / 4 * q.astype(float)), atol=1e-7 * SLACK)
 
 
+def test_angles_in_the_plane():
+    """All quadrants, the axes and the origin included."""
+    phi = np.linspace(-math.pi, math.pi, COUNT)
+    size = 10.0 ** np.linspace(-6, 6, COUNT)
+    y, x = (np.concatenate([wave * size, corner]).astype(np.float32) for wave, corner in
+            ((np.sin(phi), [0, 1, -1, 0, 0]), (np.cos(phi), [0, 0, 0, 1, -1])))  # fmt: skip
+    found = np.asarray(elementary.atan2(Float(y), Float(x)).numpy(), float)
+    np.testing.assert_allclose(found, np.arctan2(y.astype(float), x), atol=4e-7 * SLACK)
+
+
+def test_polar_angle():
+    """From pole to pole; relative where it is small."""
+    theta = np.concatenate([np.linspace(0, math.pi, COUNT), 10.0 ** np.linspace(-30, 0, COUNT)])
+    cosine, sine = np.cos(theta).astype(np.float32), np.sin(theta).astype(np.float32)
+    found = np.asarray(elementary.polar(Float(cosine), Float(sine)).numpy(), float)
+    exact = np.arctan2(sine.astype(float), cosine)
+    np.testing.assert_allclose(found, exact, rtol=3e-7 * SLACK, atol=1e-30)
+
+
 def test_logarithm():
     """All magnitudes, and the neighbourhood of 1 relative to the logarithm itself."""
     x = np.concatenate([10.0 ** np.linspace(-37, 38, COUNT), 1 + np.linspace(-0.3, 0.4, COUNT)]).astype(np.float32)
