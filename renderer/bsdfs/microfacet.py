@@ -88,13 +88,13 @@ class Ggx:
     def sample(self, wi, u2):
         """Return a normal that wi sees, by spherical caps [Dupuy2023]; D visibility(wi) (wi.h) is its density.
 
-        The square of the cap's sine is a product of differences that are exact, where 1 - z^2 would cancel in the
-        tail of normals far from z.
+        The square of the cap's sine has no difference but the exact 1 - u, so that the tail of normals far from z
+        keeps its length: 1 - z^2 is x^2 + y^2.
         """
         scale = dr.rcp(self._length(wi))
         x, y, z = self._ax * wi.x * scale, self._ay * wi.y * scale, abs(wi.z) * scale
         height = (1 - u2.y) * (1 + z)  # of the cap's point over -z
-        sin = dr.sqrt((1 + z) * u2.y * (height + greater(1 - z, Float(0))))
+        sin = dr.sqrt(u2.y * dr.fma(1 + z, height, dr.square(x) + dr.square(y)))
         sin_phi, cos_phi = sincos_turns(u2.x)
         return Vector3f(self._ax * dr.fma(sin, cos_phi, x), self._ay * dr.fma(sin, sin_phi, y), height)
 
