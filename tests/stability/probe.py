@@ -1,4 +1,4 @@
-"""Rays at one shape: what the renderer and Mitsuba find on the same float32 input. Not a case by itself."""
+"""Rays at shapes: what the renderer and Mitsuba find on the same float32 input. Not a case by itself."""
 
 from __future__ import annotations
 
@@ -62,6 +62,11 @@ def unit(array):
     return (array / np.sqrt((array * array).sum(-1, keepdims=True))).astype(np.float32)
 
 
+def several(shape):
+    """Return a tuple of shapes: of one, or as it is."""
+    return shape if isinstance(shape, tuple) else (shape,)
+
+
 @lru_cache(maxsize=64)
 def geometry(*shapes):
     """Return the renderer's Geometry of some shapes of one kind."""
@@ -72,8 +77,11 @@ def geometry(*shapes):
 
 
 def ours(shape, o, d, left_inwards=None):
-    """Return what the renderer finds; `left_inwards` tells of rays that start on the shape which way they go."""
-    shapes = geometry(*(shape if isinstance(shape, tuple) else (shape,)))
+    """Return what the renderer finds; `left_inwards` tells of rays that start on the shape which way they go.
+
+    `shape` is one, or a tuple of some of one kind; likewise for Mitsuba.
+    """
+    shapes = geometry(*several(shape))
     ray = Ray(vectors(o), vectors(d))
     if left_inwards is not None:
         ray.left_index, ray.left_inwards = dr.zeros(UInt32, len(o)), Bool(np.broadcast_to(left_inwards, len(o)))
@@ -86,7 +94,7 @@ def ours(shape, o, d, left_inwards=None):
 def theirs(shape, o, d):
     """Return what Mitsuba finds."""
     mi = mitsuba()
-    found = stage(shape).ray_intersect(mi.Ray3f(mi.Point3f(*columns(o)), mi.Vector3f(*columns(d))))
+    found = stage(*several(shape)).ray_intersect(mi.Ray3f(mi.Point3f(*columns(o)), mi.Vector3f(*columns(d))))
     p = np.where(np.isfinite(t := doubles(found.t)), doubles(found.p), np.nan)
     return Found(t, p.T, doubles(found.n).T)
 
@@ -105,21 +113,22 @@ def mitsuba_shadows(shape, o, d):
 
 
 @lru_cache(maxsize=64)
-def stage(shape):
-    """Return Mitsuba's scene of one shape, without bitmaps, lights and sensors."""
+def stage(*shapes):
+    """Return Mitsuba's scene of some shapes, without materials, lights and sensors."""
     mi, scene = mitsuba(), {"type": "scene"}
-    for part in parts(shape):
+    for number, (shape, part) in enumerate((shape, part) for shape in shapes for part in parts(shape)):
+        name = f"{part.name}{number}"
         if part.mesh is not None:
-            mesh = mi.Mesh(part.name, len(part.mesh.vertices), len(part.mesh.faces))
+            mesh = mi.Mesh(name, len(part.mesh.vertices), len(part.mesh.faces))
             content = mi.traverse(mesh)
             content["vertex_positions"] = mi.Float(part.mesh.vertices.ravel().astype(np.float32))
             content["faces"] = mi.UInt32(part.mesh.faces.ravel().astype(np.uint32))
             content.update()
-            scene[part.name] = mesh
+            scene[name] = mesh
         elif shape.type == "sphere":
-            scene[part.name] = {"type": "sphere", "center": list(shape.center), "radius": shape.radius}
+            scene[name] = {"type": "sphere", "center": list(shape.center), "radius": shape.radius}
         else:
-            scene[part.name] = {"type": part.kind, "to_world": mi.ScalarTransform4f(part.to_world)}
+            scene[name] = {"type": part.kind, "to_world": mi.ScalarTransform4f(part.to_world)}
     return mi.load_dict(scene)
 
 
