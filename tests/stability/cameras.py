@@ -18,7 +18,8 @@ from tests.stability.case import ULP, Case, mitsuba
 from tests.stability.maps import MIDDLE, exact_disk
 
 WIDTH, HEIGHT = 8000, 6000
-VIEW = Camera(width=WIDTH, height=HEIGHT, position=(1.0, 2.0, -5.0), lookAt=(0.25, 0.5, 1.0), upVector=(0.25, 1.0, 0.125))
+VIEW = Camera(width=WIDTH, height=HEIGHT, position=(1.0, 2.0, -5.0), lookAt=(0.25, 0.5, 1.0),
+              upVector=(0.25, 1.0, 0.125))  # fmt: skip
 WIDE = dataclasses.replace(VIEW, fov=170.0)
 NARROW = [dataclasses.replace(VIEW, fov=0.1, lookAt=tuple(map(float, place)))
           for place in np.random.default_rng(5).normal(size=(12, 3)).astype(np.float32)]  # fmt: skip
@@ -106,7 +107,8 @@ def mitsubas(camera, xy):
     to_world = mi.ScalarTransform4f().look_at(origin=camera.position, target=camera.lookAt, up=camera.upVector)
     settings = {"type": "perspective"}
     if camera.type == "thinlens":
-        settings = {"type": "thinlens", "aperture_radius": camera.apertureRadius, "focus_distance": camera.focusDistance}
+        settings = {"type": "thinlens", "aperture_radius": camera.apertureRadius,
+                    "focus_distance": camera.focusDistance}  # fmt: skip
     sensor = mi.load_dict({
         **settings, "fov": camera.fov, "fov_axis": "y", "to_world": to_world, "near_clip": 1e-2, "far_clip": 1e7,
         "film": {"type": "hdrfilm", "width": WIDTH, "height": HEIGHT, "rfilter": {"type": "box"}},
@@ -139,7 +141,8 @@ CASES = (
          errors(NARROW, from_corner, PIXEL), "steps from the picture's corner", errors(NARROW, mitsubas, PIXEL)),
     Case("directions of a field of view of 170 degrees", "radians", 4 * ULP,
          "steps, two products, the sum and normalisation round once each, and not all along one direction",
-         errors([WIDE], ours), errors([WIDE], from_corner), "steps from the picture's corner", errors([WIDE], mitsubas)),
+         errors([WIDE], ours), errors([WIDE], from_corner), "steps from the picture's corner",
+         errors([WIDE], mitsubas)),
     Case("views 1e-3 to 1e-7 from straight up", "radians", 3 * ULP, "as other views; axes are made in double precision",
          errors([*map(steep, STEEP)], ours), errors([*map(steep, STEEP)], from_corner), "axes in float32",
          errors([*map(steep, STEEP[:3])], mitsubas), "asked down to 1e-5; nearer, it refuses its own matrix"),

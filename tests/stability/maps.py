@@ -22,7 +22,8 @@ def numbers():
     ends = np.concatenate([[0], 0.25 * np.arange(1, 4) * 2**24, [2**24]])[:, None] + np.arange(-10, 11)
     ends = np.unique(ends[(ends >= 0) & (ends < 2**24)])
     others = np.random.default_rng(1).integers(0, 2**24, (2, 100_000))
-    return (np.concatenate([np.stack(np.meshgrid(ends, ends)).reshape(2, -1), others], axis=1) * STEP).astype(np.float32)
+    pairs = np.stack(np.meshgrid(ends, ends)).reshape(2, -1)
+    return (np.concatenate([pairs, others], axis=1) * STEP).astype(np.float32)
 
 
 def concentric(u):
@@ -183,7 +184,8 @@ CASES = (
     Case("angles in narrow cones", "relative", 8.5 * ULP,
          "1 - cosine and the sine of it round 3.5 times in all, and those of the azimuth are good to 3e-7",
          cone_angles(lambda u, size: warp.square_to_cone(Vector2f(u), Float(size)).numpy()), cone_angles(naive_cone),
-         "sqrt(1 - cosine^2)", cone_angles(mitsubas_cone, lambda u: exact_disk(u)[1] ** 2), "is told the cosine, which has lost narrow cones"),
+         "sqrt(1 - cosine^2)", cone_angles(mitsubas_cone, lambda u: exact_disk(u)[1] ** 2),
+         "is told the cosine, which has lost narrow cones"),
     Case("densities in narrow cones", "relative", 3 * ULP, "2 pi, product and reciprocal round once each",
          cone_densities(lambda size: warp.cone_pdf_sa(Float(size)).numpy()),
          cone_densities(lambda size: 1 / (np.float32(2 * np.pi) * (1 - (1 - size)))), "1 / (2 pi (1 - cosine))",

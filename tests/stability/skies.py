@@ -1,7 +1,7 @@
 """Images of the sky.
 
-An image 4096 rows high has its first row within 4e-4 radians of the pole, where an arc cosine of the height knows the
-angle to 1e-4. Rows are told by an image whose texels hold the numbers of their rows, for directions down to 1e-6 radians
+An image 4096 rows high has its first rows within 1e-3 radians of the pole, where an arc cosine of the height knows
+the angle to 1e-4. Rows are told by an image whose texels hold the numbers of their rows, for directions down to 1e-6 radians
 from either pole. The density that comes with a chosen direction is held against the one told for that direction, by
 both of which multiple importance sampling weighs; random numbers are 100,000 pairs, their ends among them.
 """
@@ -11,7 +11,7 @@ import functools
 import drjit as dr
 import numpy as np
 
-from renderer.core.backend import Float, Vector2f, Vector3f
+from renderer.core.backend import Vector2f, Vector3f
 from renderer.lights.environment import Environment
 from tests.stability.case import ULP, Case, mitsuba, relative
 
@@ -30,8 +30,8 @@ def directions():
     rng = np.random.default_rng(1)
     angle = np.concatenate([10.0 ** rng.uniform(-6, -1, COUNT // 2), rng.uniform(0, np.pi, COUNT // 2)])
     turn = rng.uniform(0, 2 * np.pi, COUNT)
-    d = np.stack([np.sin(angle) * np.cos(turn), np.cos(angle) * rng.choice([-1, 1], COUNT), np.sin(angle) * np.sin(turn)])
-    d = d.astype(np.float32)
+    x, y, z = np.sin(angle) * np.cos(turn), np.cos(angle) * rng.choice([-1, 1], COUNT), np.sin(angle) * np.sin(turn)
+    d = np.stack([x, y, z]).astype(np.float32)
     exact = d.astype(float)
     return d, np.arctan2(np.hypot(exact[0], exact[2]), exact[1]) / np.pi * (HEIGHT - 1)
 
@@ -72,7 +72,7 @@ def cloudy():
 
 
 def pairs():
-    """Return pairs of random numbers (2, N) float32: half of the second ones near the ends, a few of the first at them."""
+    """Return pairs of random numbers (2, N) float32: half of the second near the ends, some of the first at them."""
     rng = np.random.default_rng(3)
     u = rng.integers(0, 2**24, (2, COUNT)) / 2**24
     near = (10.0 ** rng.uniform(-7, -2, COUNT // 4) * 2**24).round() / 2**24

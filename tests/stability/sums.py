@@ -2,8 +2,8 @@
 
 A pixel of 65,536 samples, or of 2^24, is a sum to which each adds less than its rounding takes away: a plain sum of
 float32 stops to grow, or drifts where all samples are rounded the same way. Variances are differences of such sums.
-Samples are 1/3 and other awkward numbers all the same, numbers spread evenly, and numbers of which one in 4096 is a million
-times brighter than the rest. The yardstick is a sum in double precision of the same float32 numbers.
+Samples are 1/3 and other awkward numbers all the same, numbers spread evenly, and numbers of which one in 4096 is a
+million times brighter than the rest. The yardstick is a sum in double precision of the same float32 numbers.
 """
 
 import math
