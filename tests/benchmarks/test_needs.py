@@ -16,7 +16,7 @@ from renderer.scene import loader
 from renderer.shapes import KINDS as SHAPES
 
 TINY = Effort(repeats=1, width=90, height=60, samples=12)
-PHONG, PATHS = "simple_phong", "Cornell box, glass and mirror"
+PHONG, PATHS, OUTSIDE = "simple_phong", "Cornell box, glass and mirror", "coursework, area lights"
 EVERYTHING = needs.VARIANTS[needs.WITH_MESH]
 
 
@@ -46,6 +46,7 @@ def test_everything_has_every_kind_in_phong_mode(tmp_path):
     assert found["lights"] == set(LIGHTS) | {"environment"}
     assert found["materials"] == {"Blinn-Phong", "mirrors", "rough mirrors", "glass"}
     assert found["else"] == {"textures", "hierarchy (Bvh)"} | set(CAMERAS) - {"pinhole"}
+    assert len(picture(PHONG, tmp_path, EVERYTHING).scene.texture._lookups) == 3
 
 
 def test_everything_has_every_kind_in_path_tracing(tmp_path):
@@ -83,11 +84,11 @@ def test_each_part_adds_to_the_kernel(name, tmp_path, capsys):
     assert own > 300 and all(more > 1.05 * own for more in operations.values()), operations
 
 
-@pytest.mark.parametrize("name", [PHONG, pytest.param(PATHS, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", [PHONG, *(pytest.param(name, marks=pytest.mark.slow) for name in (PATHS, OUTSIDE))])
 def test_picture_stays_the_same(name, tmp_path):
     """Without noise up to rounding, else within it."""
     own, full = picture(name, tmp_path, ()), picture(name, tmp_path, EVERYTHING)
-    assert needs.same_picture(own, full) < (0.1 if name == PHONG else 3)
+    assert needs.same_picture(own, full) < (0.1 if name == PHONG else 1)
     if name == PHONG:
         np.testing.assert_allclose(full.render(0), own.render(0), atol=1e-5)
 
