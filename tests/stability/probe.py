@@ -24,7 +24,7 @@ EXACT = np.longdouble  # yardsticks: 64 bits of mantissa where the machine has t
 
 @dataclass(frozen=True)
 class Found:
-    """Hits of N rays as float64: distance (N,), infinity for none, point and normal (N, 3)."""
+    """Hits of N rays as float64: distance (N,), infinity for none, point (NaN for none) and normal (N, 3)."""
 
     t: np.ndarray
     p: np.ndarray
@@ -87,8 +87,8 @@ def ours(shape, o, d, left_inwards=None):
         ray.left_index, ray.left_inwards = dr.zeros(UInt32, len(o)), Bool(np.broadcast_to(left_inwards, len(o)))
     hit = queries.closest(shapes, ray)
     surface = shapes.surface(ray, hit, with_uv=False)
-    t, valid = doubles(hit.t), np.array(hit.valid)
-    return Found(np.where(valid, t, np.inf), doubles(surface.p).T, doubles(surface.n_geo).T)
+    t = np.where(np.array(hit.valid), doubles(hit.t), np.inf)
+    return Found(t, np.where(np.isfinite(t), doubles(surface.p), np.nan).T, doubles(surface.n_geo).T)
 
 
 def theirs(shape, o, d):
