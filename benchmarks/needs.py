@@ -23,15 +23,13 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import inert, needs_worker, path_scenes
-from benchmarks.measure import ROOT, BenchmarkError, interleaved, result, run_process, spread
+from benchmarks import inert, needs_worker
+from benchmarks.measure import BenchmarkError, interleaved, result, run_process, spread
+from benchmarks.needs_scenes import SCENES, document
 from benchmarks.needs_worker import Picture, compiled_in
-from benchmarks.scenes import COURSEWORK
 from renderer.scene import loader
 
-SCENES = COURSEWORK + tuple(path_scenes.SCENES)
 TAKEN_APART = ("simple_phong", "Cornell box, glass and mirror")  # for which each part is added alone
-SMALLER = 3  # times smaller than the effort's pictures on each side, and as many times fewer samples
 STARTS = 3  # processes with an empty cache
 SEEDS = 4  # pictures that are compared
 BLOCK = 10  # pixels: sides of blocks whose means are compared
@@ -77,17 +75,6 @@ def of_scene(name, folder, effort, variants):
         rows.append({"scene": name, "with": variant, **cold, "CPU time (s)": spread(times[variant]),
                      "time, x as it is": spread(ratios), "means apart": far})  # fmt: skip
     return {"scene": name} | compiled_in(own), rows
-
-
-def document(name, folder, effort):
-    """Return the document of a scene at the benchmark's size; what it names lies in `folder`."""
-    if name in COURSEWORK:
-        made = json.loads((ROOT / "scenes" / f"{name}.json").read_text()) | {"rendermode": "phong"}
-    else:
-        made = path_scenes.SCENES[name](folder)
-    made |= {"mirrorlight": False, "samples": max(effort.samples // SMALLER, 2)}
-    made["camera"] |= {"width": max(effort.width // SMALLER, 1), "height": max(effort.height // SMALLER, 1)}
-    return made
 
 
 def same_picture(one, other):

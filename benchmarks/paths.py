@@ -48,13 +48,18 @@ def measure(effort):
     """Return speed and error x time of each scene beside Mitsuba's, and what a process takes."""
     rows, samplers = [], []
     for name, make in path_scenes.SCENES.items():
+        if effort.scenes and name not in effort.scenes:
+            continue
         with tempfile.TemporaryDirectory() as folder:
             row, table = _compare(name, make(Path(folder)), folder, effort)
         rows.append(row)
         samplers += table
     process = _process(effort)
-    speed = rows[0]["speed with Mitsuba's estimator, x Mitsuba"]["median"]
-    figures = [Figure(f"{COURSEWORK}, samples per second beside Mitsuba", "x", HIGHER, speed, LEAST_SPEED, AIM_SPEED)]
+    figures = [
+        Figure(f"{COURSEWORK}, samples per second beside Mitsuba", "x", HIGHER,
+               row["speed with Mitsuba's estimator, x Mitsuba"]["median"], LEAST_SPEED, AIM_SPEED)
+        for row in rows if row["scene"] == COURSEWORK
+    ]  # fmt: skip
     figures += [
         Figure(f"{row['scene']}, error x time beside Mitsuba's best sampler", "x", HIGHER,
                row["error x time, x Mitsuba"], LEAST.get(row["scene"], LEAST_ELSEWHERE),

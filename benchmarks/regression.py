@@ -8,9 +8,9 @@ the report names both.
 Like is compared with like: rows of the same scene or mesh and rays, measured at the same size of pictures and number of
 samples. Those of `error` do not depend on the effort, as long as the error was reached with the same number of samples.
 
-Tolerance: a ratio may be worse by LEAST, by which ratios differ between runs of the same code on one quiet machine at
-most (5 % was seen) and three times over; by TIMES the spreads of both runs, added as independent errors are, where that
-is more; and by no more than MOST, so that half the speed is always told. Where no spread was taken, by NO_SPREAD.
+Tolerance: a ratio may be worse by LEAST, twice what runs of about the same code on one quiet machine were apart (up to
+8 %); by TIMES the spreads of both runs, added as independent errors are, where that is more; and by no more than MOST,
+so that half the speed is always told. Where no spread was taken, by NO_SPREAD.
 """
 
 from __future__ import annotations

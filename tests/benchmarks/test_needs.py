@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks import inert, needs, needs_worker
+from benchmarks import inert, needs, needs_scenes, needs_worker
 from benchmarks.measure import BenchmarkError, Effort
 from benchmarks.needs_worker import Picture, compiled_in
 from renderer.bsdfs import KINDS as BSDFS
@@ -22,7 +22,7 @@ EVERYTHING = needs.VARIANTS[needs.WITH_MESH]
 
 def picture(name, folder, parts):
     """Return the Picture of a scene with some parts."""
-    document = needs.document(name, folder, TINY)
+    document = needs_scenes.document(name, folder, TINY)
     return Picture(loader.from_dict(inert.with_parts(document, folder, parts), directory=folder))
 
 
@@ -62,7 +62,7 @@ def test_everything_has_every_kind_in_path_tracing(tmp_path):
     assert {"textures", "tangents", "roulette"} <= found["else"]
 
 
-@pytest.mark.parametrize("name", needs.SCENES)
+@pytest.mark.parametrize("name", needs_scenes.SCENES)
 def test_every_scene_can_have_everything(name, tmp_path):
     """Without a mesh, few enough shapes that they are tested in turn, unless the scene has many itself."""
     own, full = picture(name, tmp_path, ()), picture(name, tmp_path, inert.PARTS)
@@ -76,7 +76,7 @@ def test_each_part_adds_to_the_kernel(name, tmp_path, capsys):
     """Nothing that is said to be compiled in is optimised away."""
     operations = {}
     for part, parts in needs.ALONE.items():
-        document = inert.with_parts(needs.document(name, tmp_path, TINY), tmp_path, parts)
+        document = inert.with_parts(needs_scenes.document(name, tmp_path, TINY), tmp_path, parts)
         (tmp_path / "scene.json").write_text(json.dumps(document))
         needs_worker.main(tmp_path / "scene.json")
         operations[part] = json.loads(capsys.readouterr().out)["operations"]
@@ -95,7 +95,7 @@ def test_picture_stays_the_same(name, tmp_path):
 
 def test_another_picture_is_noticed(tmp_path):
     """Here: a background that is a tenth brighter."""
-    own, document = picture(PHONG, tmp_path, ()), needs.document(PHONG, tmp_path, TINY)
+    own, document = picture(PHONG, tmp_path, ()), needs_scenes.document(PHONG, tmp_path, TINY)
     document["scene"]["backgroundcolor"] = [0.275] * 3
     assert needs.same_picture(own, Picture(loader.from_dict(document))) > needs.MOST_APART
 
