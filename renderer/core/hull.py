@@ -1,8 +1,11 @@
 """Convex volumes on the host: half-spaces from whichever description the scene gives."""
 
 import math
+from array import array
 from functools import lru_cache
 
+FAR_AWAY = 4.0  # sizes of a volume from the origin at which it gets an origin of its own
+RELAXATIONS = 64  # steps towards a volume, each into the half-space that is left the most
 SAME_PLANE = 9  # decimals to which unit normals and offsets of facets agree that lie in one plane
 
 
@@ -24,6 +27,32 @@ def unit_halfspaces(halfspaces, vertices):
     for a, b, c, minus_d in ConvexHull(vertices).equations.tolist():
         facets.setdefault(tuple(round(value, SAME_PLANE) for value in (a, b, c, minus_d)), (a, b, c, -minus_d))
     return tuple(facets.values())
+
+
+def anchor(planes, vertices):
+    """Return a point of float32 numbers that unit half-spaces far from the origin are best measured from, or None.
+
+    `vertices` are the volume's if it is given by them. None is for volumes that reach within a few times their size of
+    the origin: nothing is gained there, and planes through the origin stay exact.
+    """
+    if vertices is not None:
+        near = [sum(axis) / len(vertices) for axis in zip(*vertices)]
+    else:
+        near = [0.0, 0.0, 0.0]
+        for _ in range(RELAXATIONS):
+            excess, normal = max((_beyond(plane, near), plane) for plane in planes)
+            if excess <= 0:
+                break
+            near = [x - excess * n for x, n in zip(near, normal)]
+    near = array("f", near).tolist()
+    reach = max(abs(_beyond(plane, near)) for plane in planes)
+    return near if FAR_AWAY * reach < scale_of(planes) else None
+
+
+def _beyond(plane, p):
+    """Return how far a point is outside of a half-space."""
+    a, b, c, d = plane
+    return a * p[0] + b * p[1] + c * p[2] - d
 
 
 def scale_of(planes):

@@ -7,6 +7,7 @@ and half a length, or tested with a tolerance.
 """
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from renderer.scene import schema
 from tests.stability import probe
@@ -15,7 +16,6 @@ from tests.stability.probe import EXACT, Found, dot, ours, theirs
 
 COUNT = 20_000
 ZEROS = (0.0, -0.0, 1e-45, -1e-45, 1e-38, -1e-38, 1e-30, -1e-30, 1e-20, -1e-20)  # components across the ray
-WIDE = np.float32(1e-4)  # the usual tolerance
 WEDGE = 1e-4  # radians between two faces
 
 
@@ -202,18 +202,64 @@ def wedge_met(find):
     return np.abs((p @ normals.T - offsets).max(-1)) / (3 * ULP)
 
 
-def tolerant(shape, o, d):
+def tolerant(shape, o, d, tolerance=np.float32(1e-4)):
     """Return the clipping of textbooks in float32, where lines within a tolerance of a face's plane are parallel."""
     near, far = np.full(len(o), -np.inf, np.float32), np.full(len(o), np.inf, np.float32)
     for *n, offset in shape.halfspaces:
         n = np.array(n, np.float32)
         rate, room = d @ n, np.float32(offset) - o @ n
-        parallel = np.abs(rate) < WIDE
+        parallel = np.abs(rate) <= tolerance
         t = room / np.where(parallel, 1, rate)
         far = np.where(parallel, np.where(room < 0, -np.inf, far), np.where(rate > 0, np.minimum(far, t), far))
         near = np.where(~parallel & (rate < 0), np.maximum(near, t), near)
     t = np.where((near <= far) & (far > 0), np.where(near > 0, near, far), np.inf)
     return Found(t.astype(float), None, None)
+
+
+CORNERS = np.array([(0, 0.75, 0), (0.75, -0.5, 0.5), (-0.75, -0.5, 0.5), (0, -0.5, -0.75), (0, -1, 0)])
+PLACES = ((1e3, 250, -500), (1e6, -3e5, 7e5))  # the corners there are float32 too, but for the second's fractions
+
+
+def gem(place):
+    """Return a convex volume of size 1 somewhere, its corners of float32 numbers."""
+    return schema.Convex(vertices=tuple(map(probe.singles, CORNERS + place)))
+
+
+def at_gem(place):
+    """Return rays from nearby towards points inside."""
+    rng = np.random.default_rng(34)
+    corners = np.array(gem(place).vertices)
+    target = rng.dirichlet(np.ones(len(corners)), COUNT) @ corners
+    o = (corners.mean(0) + 3 * probe.unit(rng.normal(size=(COUNT, 3)))).astype(np.float32)
+    return o, probe.unit(target - o)
+
+
+def hull(place):
+    """Return normals and offsets of a gem's facets, relative to its middle, exact but for double precision."""
+    corners = np.array(gem(place).vertices)
+    middle = corners.mean(0)
+    equations = ConvexHull(corners - middle).equations
+    return middle, equations[:, :3], -equations[:, 3]
+
+
+def gem_met(find):
+    """Return how far o + t d is from gems' facets, in roundoffs of their size and the way from the ray's origin."""
+    found = []
+    for place in PLACES:
+        o, d = at_gem(place)
+        middle, normals, offsets = hull(place)
+        p = probe.at(o, d, find(gem(place), o, d).t)
+        found.append(np.abs(((p - middle) @ normals.T - offsets).max(-1)) / (4 * ULP))
+    return np.concatenate(found)
+
+
+def from_the_origin(shape, o, d):
+    """Return the clipping with n.p <= d in float32."""
+    corners = np.array(shape.vertices)
+    middle = corners.mean(0)
+    equations = ConvexHull(corners - middle).equations
+    rows = np.column_stack([equations[:, :3], equations[:, :3] @ middle - equations[:, 3]])
+    return tolerant(schema.Convex(halfspaces=tuple(map(tuple, rows.tolist()))), o, d, np.float32(0))
 
 
 def three(measure, naive, theirs=theirs):
@@ -243,4 +289,7 @@ CASES = (
     Case("wedge of 1e-4 radians, oblique: distance", "roundoffs of the way", 8.0,
          "three roundings each of two products, one of offset and normal each", naive_name="rays within 1e-4 of a "
          "plane count as parallel", **three(wedge_met, tolerant)),
+    Case("convex volumes of size 1, 1e3 and 1e6 from the origin: distance", "roundoffs of the way", 8.0,
+         "three roundings each of two products, one of offset and normal each", naive_name="n.p <= d",
+         **three(gem_met, from_the_origin)),
 )
