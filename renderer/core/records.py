@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import drjit as dr
-
 from renderer.core.backend import Bool, Float, UInt32, Vector2f, Vector3f
 
 NO_SHAPE = 0xFFFFFFFF
@@ -24,11 +22,6 @@ class Ray:
     d: Vector3f  # unit direction
     left_index: UInt32 | None = None  # the shape that `o` lies on, NO_SHAPE for none; None if no lane left any
     left_inwards: Bool | None = None  # whether `d` points into that shape
-
-    @property
-    def left_outwards(self):
-        """The shape that `o` lies on where `d` points away from it, else NO_SHAPE."""
-        return dr.select(self.left_inwards, UInt32(NO_SHAPE), self.left_index)
 
 
 @dataclass

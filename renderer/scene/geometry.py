@@ -213,9 +213,9 @@ def _distance(kind, row, ray, this, t_min):
         return met if own is None else met & ~own & starts_off_sheet(row, ray, t_min), t
     met, near, far = kind.interval(row, ray)
     if own is not None:
-        # a shape that is left inwards is met again on its far side only, one that is left outwards never
+        # a shape that is left inwards is met again, on its far side only, and one that is left outwards never
         near = dr.select(own, -FAR, near)
-        met &= ray.left_outwards != this
+        met = dr.select(own, ray.left_inwards, met)
     t = dr.select(near > t_min, near, far)
     return met & (t > t_min), t
 
