@@ -12,27 +12,25 @@ renderers (`references.py`); what is not ten times a reference's own error is le
 (x - r)^2 / (r^2 + 0.01); SSIM and FLIP compare tone-mapped pictures. Efficiency is 1 / (relative MSE x time).
 
 At equal error: how many times our time Mitsuba takes to the error that it has with 64 samples a pixel (with fewer where
-these would take too long). `scene` keeps the coursework's material, which Mitsuba has as a plugin in Python; its scalar
-mode is left out there, which would mostly run Python.
+these would take too long), and beside its best sampler also to the least error that both reach. `scene` keeps the
+coursework's material, which Mitsuba has as a plugin in Python; its scalar mode is left out there, which would mostly
+run Python.
 """
 
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 import sys
 import tempfile
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks import error_scenes, references
 from benchmarks.error_curves import EQUAL_SAMPLES, Run, equal_error, told_apart
+from benchmarks.error_process import Process
 from benchmarks.error_worker import OURS
-from benchmarks.measure import FULL, ROOT, BenchmarkError, result, spread
+from benchmarks.measure import FULL, BenchmarkError, result, spread
 from benchmarks.targets import HIGHER, Figure
 from renderer import compare
 
@@ -42,10 +40,9 @@ LONGEST, LONGEST_QUICK = 6.0, 4.0  # seconds of a single picture, CPU time: leve
 REPEATS, REPEATS_QUICK = 3, 2  # of everything, with other seeds
 PLAIN, OTHERS = "independent", ("stratified", "multijitter", "orthogonal", "ldsampler")
 WARM = 16  # samples a pixel of the picture that compiles
-TRIES, COMPILED = 3, 0.005  # of a picture until its kernels were there: seconds of compiling that do not count
-TOLD = 5  # last lines of a failed process that are shown
 NEUTRAL_EXPOSURE = 0.1  # of a camera: radiance 1 is white
 AIM = 1.0  # x Mitsuba's best: nowhere slower
+LEAST_OF_BOTH = "llvm best, at the least error of both"  # no ratio to be held: it depends on the effort
 
 
 @dataclass(frozen=True)
@@ -143,68 +140,6 @@ class Judge:
                 "flip": compare.flip(picture, self._reference, **seen)}  # fmt: skip
 
 
-class Process:
-    """A contender's process (`error_worker.py`) with an empty kernel cache; a context manager."""
-
-    def __init__(self, side, path, folder, on_gpu=False):
-        self._folder = Path(tempfile.mkdtemp(dir=folder))
-        self._picture, self._log = self._folder / "picture.npy", (self._folder / "log").open("w+")
-        environment = os.environ | {"DRJIT_CACHE_DIR": str(self._folder),
-                                    "RENDERER_BACKEND": "cuda" if on_gpu else "llvm"}
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "benchmarks.error_worker", side, str(path)], cwd=ROOT, env=environment, text=True,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log,
-        )  # fmt: skip
-        try:
-            self.started = self._answer()  # {"import", "build"}: seconds
-        except BenchmarkError:
-            self.__exit__()
-            raise
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self._process.kill()
-        self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout, self._log):
-            with suppress(BrokenPipeError):  # of a question that was never read
-                stream.close()
-
-    def render(self, sampler, samples, seed):
-        """Return what a picture took, as the worker tells it, and the picture."""
-        told = self._ask(sampler=sampler, samples=samples, seed=seed, picture=str(self._picture))
-        return told, np.load(self._picture)
-
-    def compiled(self, sampler, samples, seed):
-        """Return the same of a picture for which nothing was compiled; raises BenchmarkError if there is none."""
-        for _ in range(TRIES):
-            told, picture = self.render(sampler, samples, seed)
-            if told["compile"] < COMPILED:
-                return told, picture
-        raise BenchmarkError(f"{samples} samples with {sampler} are compiled anew each time")
-
-    def peak(self):
-        """Return its peak memory in MB; it ends."""
-        return self._ask()["peak"]
-
-    def _ask(self, **question):
-        try:
-            print(json.dumps(question), file=self._process.stdin, flush=True)
-        except BrokenPipeError:
-            pass  # the missing answer tells
-        return self._answer()
-
-    def _answer(self):
-        line = self._process.stdout.readline()
-        if not line:
-            status = self._process.wait()
-            self._log.seek(0)
-            said = "\n".join(self._log.read().strip().splitlines()[-TOLD:])
-            raise BenchmarkError(f"'{' '.join(self._process.args[1:])}' ended with status {status}: {said}")
-        return json.loads(line)
-
-
 def best_sampler(path, judge, folder):
     """Return the one of OTHERS for which error x CPU time is smallest."""
     products = {}
@@ -286,7 +221,7 @@ def _stage_row(scene, name, starts, peak):
 
 def _equal_row(scene, best, runs):
     """Return the row of a scene at equal error."""
-    row = {"scene": scene, "Mitsuba's best other sampler": best, "relative MSE": None}
+    row = {"scene": scene, "Mitsuba's best other sampler": best, "relative MSE": None, LEAST_OF_BOTH: None}
     for variant in ("llvm", "scalar"):
         for which, sampler in (("independent", PLAIN), ("best", best)):
             theirs = runs.get(f"{variant} {sampler}")
@@ -294,6 +229,7 @@ def _equal_row(scene, best, runs):
             row[f"{variant} {which}, x Mitsuba"] = ratio
             if (variant, which) == ("llvm", "best"):
                 row["relative MSE"] = error
+                row[LEAST_OF_BOTH] = equal_error(runs["ours"], theirs, LEVELS[-1])[0]
     if "ours cuda" in runs:
         row["cuda best, x Mitsuba"] = min((equal_error(runs["ours cuda"], runs[f"cuda {sampler}"])[0]
                                            for sampler in (PLAIN, best)), key=lambda ratio: ratio["median"])

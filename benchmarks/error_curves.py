@@ -72,15 +72,15 @@ def time_for(points, error):
     raise ValueError(f"error {error} is not reached")
 
 
-def equal_error(ours, theirs):
+def equal_error(ours, theirs, samples=EQUAL_SAMPLES):
     """Return (ratio, error): how many times our time the other side takes to the same relative MSE, and to which.
 
-    That is its error with EQUAL_SAMPLES samples a pixel, or with the most that it has where those are fewer; where ours
-    does not come so far, the least error of ours. Both are curves of runs: the ratio is a spread over the repeats.
+    That is its error with so many samples a pixel, or with the most that it has where those are fewer; where ours does
+    not come so far, the least error of ours. Both are runs; the ratio is a spread over the repeats.
     """
     ratios, errors = [], []
     for repeat in sorted({run.repeat for run in ours} & {run.repeat for run in theirs}):
-        level = max((run.level for run in theirs if run.level <= EQUAL_SAMPLES), default=min(r.level for r in theirs))
+        level = max((run.level for run in theirs if run.level <= samples), default=min(run.level for run in theirs))
         reached = next(run.relative_mse for run in theirs if run.level == level and run.repeat == repeat)
         mine, other = curve(ours, repeat), curve(theirs, repeat)
         error = max(reached, mine[-1][1], other[-1][1])

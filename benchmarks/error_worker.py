@@ -29,7 +29,7 @@ class Shot:
     samples: int  # a pixel, taken
     cpu: float  # seconds, all threads
     wall: float
-    compile: float  # of these, for kernels
+    compile: float  # of these, for kernels; 0 where all were there
 
     def told(self):
         """Return what the parent is told."""
@@ -140,7 +140,7 @@ class Theirs:
 
 
 def _timed(work):
-    """Return what `work` returns, its CPU and wall seconds, and those for kernels."""
+    """Return what `work` returns, its CPU and wall seconds, and those for kernels that were not there before."""
     import drjit as dr
 
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
@@ -149,7 +149,8 @@ def _timed(work):
         made = work()
         cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
         history = dr.kernel_history()
-    compiling = sum(kernel["codegen_time"] + kernel["backend_time"] for kernel in history if "backend_time" in kernel)
+    new = [kernel for kernel in history if kernel.get("cache_hit") == 0]  # sums and copies have no such entry
+    compiling = sum(kernel["codegen_time"] + kernel["backend_time"] for kernel in new)
     return made, cpu, wall, compiling / 1000
 
 
