@@ -65,9 +65,9 @@ register = KINDS.register
 def rounding(normal, reach):
     """Return twice the square of how far off its plane rounding may put what lies on a sheet. Host.
 
-    `reach` is how far along each axis the sheet reaches from its point c. A point p is projected by n.(p - c), and a ray
-    that starts there finds by n.(c - o) how far it is from the plane, of this sheet or of another that goes on in that
-    plane, as large. Either is wrong by a roundoff of each term |n_i| |p_i - c_i| for the normal, another for the
+    `reach` is how far along each axis the sheet reaches from its point c. A point p is projected by n.(p - c), and a
+    ray that starts there finds by n.(c - o) how far it is from the plane, of this sheet or of another that goes on in
+    that plane, as large. Either is wrong by a roundoff of each term |n_i| |p_i - c_i| for the normal, another for the
     difference, and three for the sum of products. What the rounding of p itself brings, its coordinates tell.
     """
     return 2 * (SHEET_ROUNDOFFS * EPSILON * sum(abs(n) * r for n, r in zip(normal, reach))) ** 2
