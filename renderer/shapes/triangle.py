@@ -2,25 +2,22 @@
 
 The plane is intersected first; barycentric coordinates of the hit are dot products with the dual edges,
 b1 = g1.(p - v0) and b2 = g2.(p - v0) with g1 = e2 x n / |n|^2, g2 = n x e1 / |n|^2 and n = e1 x e2, computed once in
-double precision. Neighbours overlap by EDGE_TOLERANCE, and by FAR_ROUNDOFFS of the distance that the ray has come, so
-that no ray slips through a shared edge: from afar the rounding of v0 - o and of t moves p by that along the plane.
+double precision. Neighbours overlap by EDGE_TOLERANCE, so that no ray slips through a shared edge.
 """
 
 import drjit as dr
 
 from renderer.core.backend import Vector2f
-from renderer.core.numeric import EDGE_TOLERANCE, EPSILON
+from renderer.core.numeric import EDGE_TOLERANCE
 from renderer.core.records import Surface
 from renderer.core.vectors import cross, dot, subtract, unit
 from renderer.shapes.base import ShapeKind, derivatives, edges, register, rounding
 
-V0, NORMAL, ROUNDING, DUAL1, DUAL2, SPREAD, UV0, UV1, UV2 = 0, 3, 6, 7, 10, 13, 14, 16, 18
-
-FAR_ROUNDOFFS = 8.0  # one of the difference, one of p - v0, five of t times the tangent of the angle, here up to 1.2
+V0, NORMAL, ROUNDING, DUAL1, DUAL2, UV0, UV1, UV2 = 0, 3, 6, 7, 10, 13, 15, 17
 
 
 def pack(shape, columns=None):
-    """Return v0, unit normal, rounding, dual edges, how far they spread with distance, and texture coordinates."""
+    """Return v0, unit normal, rounding, dual edges, and the corners' texture coordinates."""
     e1 = subtract(shape.v1, shape.v0)
     e2 = subtract(shape.v2, shape.v0)
     n = cross(e1, e2)
@@ -29,9 +26,7 @@ def pack(shape, columns=None):
     dual2 = [scale * component for component in cross(n, e1)]
     corners = (*shape.uv0, *shape.uv1, *shape.uv2)
     reach = [max(abs(a), abs(b)) for a, b in zip(e1, e2)]
-    third = [a + b for a, b in zip(dual1, dual2)]
-    spread = FAR_ROUNDOFFS * EPSILON * max(sum(map(abs, dual)) for dual in (dual1, dual2, third))
-    return [*shape.v0, *unit(n), rounding(unit(n), reach), *dual1, *dual2, spread, *corners]
+    return [*shape.v0, *unit(n), rounding(unit(n), reach), *dual1, *dual2, *corners]
 
 
 def distance(row, ray):
@@ -44,8 +39,7 @@ def distance(row, ray):
     t = dr.dot(n, to_corner) / dr.dot(n, ray.d)
     q = dr.fma(ray.d, t, -to_corner)
     b1, b2 = dr.dot(row.vector(DUAL1), q), dr.dot(row.vector(DUAL2), q)
-    beyond = dr.fma(t, row[SPREAD], EDGE_TOLERANCE)
-    return (b1 >= -beyond) & (b2 >= -beyond) & (b1 + b2 <= 1 + beyond), t
+    return (b1 >= -EDGE_TOLERANCE) & (b2 >= -EDGE_TOLERANCE) & (b1 + b2 <= 1 + EDGE_TOLERANCE), t
 
 
 def surface(row, p):
@@ -77,6 +71,6 @@ def bounds(shape):
 register(
     ShapeKind(
         "triangle", pack, surface, texture_coordinates, tangents, distance=distance, bounds=bounds,
-        directions=range(NORMAL, SPREAD),
+        directions=range(NORMAL, UV0),
     )
 )
