@@ -21,14 +21,16 @@ from benchmarks.targets import number
 
 FOLDER = ROOT / "docs" / "plots"
 BENCHMARK, CURVES, SPEEDUPS = "error", "curves", "at equal error"
-TIME, ERROR, SAMPLES = "CPU time (s)", "relative MSE", "samples a pixel"
+TIME, CLOCK, ERROR, SAMPLES = "CPU time (s)", "wall time (s)", "relative MSE", "samples a pixel"
+GPU = "cuda"  # in the names of contenders whose time is that of the clock
 INK, FAINT = "#222222", "#cccccc"
 OURS = ("#d55e00", "o", 2.0)  # colour, marker, width of the line
 STYLES = {("llvm", True): ("#56b4e9", "s", 1.2), ("llvm", False): ("#0072b2", "D", 1.2),
           ("scalar", True): ("#a0a0a0", "^", 1.2), ("scalar", False): ("#6b6b6b", "v", 1.2),
           ("cuda", True): ("#7fd1b9", "<", 1.2), ("cuda", False): ("#009e73", ">", 1.2)}  # fmt: skip
 BARS = {"llvm best, x Mitsuba": ("llvm, best sampler", STYLES["llvm", False][0]),
-        "scalar best, x Mitsuba": ("scalar, best sampler", STYLES["scalar", False][0])}  # fmt: skip
+        "scalar best, x Mitsuba": ("scalar, best sampler", STYLES["scalar", False][0]),
+        "cuda best, x Mitsuba": ("CUDA, ours too", STYLES["cuda", False][0])}  # fmt: skip
 COLUMNS = 3  # of small plots on a page
 DENSITY, COLOURS = 130, 96  # of PNG files: pixels an inch, entries of the palette
 LINE = 0.075  # height of a label beside a plot, as a share of the plot's
@@ -79,8 +81,9 @@ def curves(rows, scene):
     """Return {contender: (times, errors, samples)} of a scene, times and errors as spreads, samples rising."""
     found = {}
     for row in rows:
-        if row["scene"] == scene and row[TIME] and row[ERROR]:
-            found.setdefault(row["contender"], []).append((row[SAMPLES], _spread(row[TIME]), _spread(row[ERROR])))
+        time = row[CLOCK if GPU in row["contender"] else TIME]
+        if row["scene"] == scene and time and row[ERROR]:
+            found.setdefault(row["contender"], []).append((row[SAMPLES], _spread(time), _spread(row[ERROR])))
     ordered = {name: sorted(points, key=lambda point: point[0]) for name, points in found.items()}
     return {name: ([p[1] for p in points], [p[2] for p in points], [p[0] for p in points])
             for name, points in ordered.items()}  # fmt: skip
@@ -128,7 +131,7 @@ def _of_scene(scene, rows):
     """Return the plot of one scene, its lines named beside it."""
     figure, axes = _figure(6.4, 4.0)
     drawn = _draw(axes, scene, rows)
-    axes.set_xlabel("CPU seconds")
+    axes.set_xlabel(_seconds(drawn))
     axes.set_ylabel("relative mean squared error")
     _name(axes, drawn)
     return figure
@@ -144,10 +147,15 @@ def _of_all(scenes, rows):
             kinds.setdefault(_kind(name), line)
     for axes in list(grid.flat)[len(scenes) :]:
         axes.remove()
-    figure.supxlabel("CPU seconds", fontsize=9)
+    figure.supxlabel(_seconds(kinds), fontsize=9)
     figure.supylabel("relative mean squared error", fontsize=9)
     figure.legend(kinds.values(), kinds, loc="outside upper center", ncols=COLUMNS, frameon=False)
     return figure
+
+
+def _seconds(contenders):
+    """Return the name of the axis of time."""
+    return "seconds (CPU time; with CUDA by the clock)" if any(GPU in name for name in contenders) else "CPU seconds"
 
 
 def _kind(contender):
@@ -218,11 +226,13 @@ def _of_speedups(rows):
     """Return bars of how much less time ours needs for the same error, the greatest on top."""
     first = next(iter(BARS))
     rows = sorted(rows, key=lambda row: _spread(row[first] or 0)["median"])
-    figure, axes = _figure(6.4, 0.42 * len(rows) + 1.1)
+    bars = {key: look for key, look in BARS.items() if any(row.get(key) for row in rows)}
+    thick = 0.76 / max(len(bars), 1)
+    figure, axes = _figure(6.4, 0.21 * max(len(bars), 2) * len(rows) + 1.1)
     for k, row in enumerate(rows):
-        for (key, (_, colour)), place in zip(BARS.items(), (0.19, -0.19)):
+        for place, (key, (_, colour)) in enumerate(bars.items()):
             if row.get(key) is not None:
-                _bar(axes, k + place, _spread(row[key]), colour)
+                _bar(axes, k + thick * ((len(bars) - 1) / 2 - place), _spread(row[key]), colour, 0.9 * thick)
     axes.axvline(1, color=INK, linewidth=0.8)
     axes.set(xscale="log", xlabel="times as fast as Mitsuba at equal error (CPU time, logarithmic)",
              yticks=range(len(rows)), yticklabels=[row["scene"].replace("_", " ") for row in rows])  # fmt: skip
@@ -230,16 +240,16 @@ def _of_speedups(rows):
     axes.tick_params(axis="y", length=0)
     axes.xaxis.set_major_formatter(lambda x, _: number(int(x) if x >= 1 else x))
     axes.spines["left"].set_visible(False)
-    names = [axes.bar(1, 0, color=colour) for _, colour in BARS.values()]
-    figure.legend(names, [f"beside Mitsuba {told}" for told, _ in BARS.values()], loc="outside upper center",
-                  ncols=len(BARS), frameon=False)  # fmt: skip
+    names = [axes.bar(1, 0, color=colour) for _, colour in bars.values()]
+    figure.legend(names, [f"beside Mitsuba {told}" for told, _ in bars.values()], loc="outside upper center",
+                  ncols=2, frameon=False)  # fmt: skip
     return figure
 
 
-def _bar(axes, place, ratio, colour):
+def _bar(axes, place, ratio, colour, thick):
     """Draw one bar from 1, with its spread and its number."""
     middle = ratio["median"]
-    axes.barh(place, middle - 1, left=1, height=0.34, color=colour, xerr=_bars([ratio]),
+    axes.barh(place, middle - 1, left=1, height=thick, color=colour, xerr=_bars([ratio]),
               error_kw={"elinewidth": 0.8, "ecolor": INK})  # fmt: skip
     end, side = (ratio["max"], 1) if middle >= 1 else (ratio["min"], -1)
     _tell(axes, number(middle), (end, place), (4 * side, 0), INK, "left" if side > 0 else "right")
