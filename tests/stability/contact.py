@@ -1,9 +1,9 @@
 """Surfaces close together and in contact.
 
-What starts 1e-4 off its surface starts behind whatever is closer, and light passes. Two surfaces here are 1e-5 of a size
-apart, or 16 roundoffs of where they are if that is more, and must see each other. A box stands on a floor, at the very
-height of it: from the floor below it, and from beside it towards a light behind it, no light is seen, as close to the
-edge as 1e-5 of a size or 16 roundoffs. The sizes and places are those of the section on leaving a surface.
+What starts 1e-4 off its surface starts behind whatever is closer, and light passes. Two surfaces here are 1e-5 of a
+size apart, or 16 roundoffs of where they are if that is more, and must see each other. A box stands on a floor, at the
+very height of it: from the floor below it, and from beside it towards a light behind it, no light is seen, as close to
+the edge as 1e-5 of a size or 16 roundoffs. The sizes and places are those of the section on leaving a surface.
 """
 
 from functools import lru_cache
@@ -132,7 +132,7 @@ def _faces(box):
 
 @lru_cache(maxsize=64)
 def contact(kind, place):
-    """Return what stands on a floor: (shapes of the floor, all shapes), their Geometry, rays at the floor, and the hits.
+    """Return a floor with a box: (shapes of the floor, all shapes), their Geometry, rays at the floor, and the hits.
 
     The rays are those that would meet the floor without the box, below and beside its edge at x = 0.5.
     """
