@@ -1,9 +1,9 @@
 """Things of every kind that a scene may have, and that do not change its picture: for what they add to the kernel.
 
-Shapes are black, a ten thousandth of the scene in size, and lie behind the camera. Lights are a billion times weaker than
-what is seen, and the lens is a billionth wide. Around everything lies an image that has the background's colour, and far
-below an infinite plane that shows it too; scenes with an image of their own do without the plane, which would hide
-half of it. A path may meet such a shape, or choose such a light, by a chance that is far below the noise of any picture.
+Shapes are black, a ten thousandth of the scene in size, and lie behind the camera. Lights are a billion times weaker
+than what is seen, and the lens is a billionth wide. Around everything lies an image that has the background's colour,
+and far below an infinite plane that shows it too; scenes with an image of their own do without the plane, which would
+hide half of it. A path may meet such a shape, or choose such a light, by a chance far below the noise of any picture.
 """
 
 from __future__ import annotations
@@ -80,14 +80,17 @@ def _edge(place, axis):
 
 
 def _sphere(place):
+    """Return a sphere."""
     return {"type": "sphere", "center": _at(place, 0, 0, 0), "radius": place[1]}
 
 
 def _triangle(place):
+    """Return a triangle."""
     return {"type": "triangle", "v0": _at(place, 0, 0, 0), "v1": _at(place, 1, 0, 0), "v2": _at(place, 0, 1, 0)}
 
 
 def _box(place):
+    """Return a box."""
     return {"type": "box", "min": _at(place, 0, 0, 0), "max": _at(place, 1, 1, 1)}
 
 
@@ -109,7 +112,7 @@ def _shapes(place):
 
 
 def _plane(world, paths):
-    """Return a plane that shows the background's colour: it emits it or, in phong mode, reflects ambient light alone."""
+    """Return a plane in the background's colour: it emits it or, in phong mode, reflects ambient light alone."""
     colour, ambient = world.get("backgroundcolor", BLACK), world.get("ambientlight", AMBIENT)
     plane = {"type": "plane", "point": [0, -BELOW, 0], "normal": [0.1, 1, 0.2]}
     if paths:
@@ -128,20 +131,21 @@ def _materials(paths):
     tinted = {"reflectance": [0.9, 0.8, 0.7]}
     glass += [{"bsdf": {"type": "dielectric", **tinted}},
               {"bsdf": {"type": "roughdielectric", "alpha": 0.2, "distribution": "beckmann", **tinted}}]  # fmt: skip
-    lobes = {"metallic": 0.5, "speculartint": 0.5, "anisotropic": 0.5, "sheen": 0.5, "sheentint": 0.5, "clearcoat": 1.0}
+    lobes = dict.fromkeys(("metallic", "speculartint", "anisotropic", "sheen", "sheentint", "clearcoat"), 0.5)
     bsdfs = [_diffuse(BLACK), {"type": "mirror"}, {"type": "conductor"}, {"type": "roughconductor", "alpha": 0.2},
              {"type": "plastic"}, {"type": "principled", **lobes}]  # fmt: skip
     return glass + coursework + [{"bsdf": bsdf} for bsdf in bsdfs]
 
 
 def _textures(folder, paths):
-    """Return materials with images by either filter and wrap, a checkerboard and, in path tracing, both kinds of maps."""
+    """Return materials with images by either filter and wrap, a checkerboard and, in path tracing, both maps."""
     from PIL import Image
 
     Image.fromarray(np.zeros((TEXELS, TEXELS, 3), np.uint8)).save(folder / "black.png")
     Image.fromarray(np.full((TEXELS, TEXELS, 3), (128, 128, 255), np.uint8)).save(folder / "flat.png")
     board = {"type": "checkerboard", "color2": BLACK}
-    looks = ({"texturefilter": "bilinear", "texturewrap": "repeat"}, {"texturefilter": "nearest", "texturewrap": "clamp"})
+    looks = [{"texturefilter": kind, "texturewrap": wrap}
+             for kind, wrap in (("bilinear", "repeat"), ("nearest", "clamp"))]  # fmt: skip
     if not paths:
         return [{"texture": "black.png", "ks": 0.0, **look} for look in looks] + [{"texture": board, "ks": 0.0}]
     maps = {"normalmap": "flat.png", "bumpmap": "flat.png"}
@@ -149,6 +153,7 @@ def _textures(folder, paths):
 
 
 def _diffuse(reflectance):
+    """Return a matt BSDF."""
     return {"type": "diffuse", "reflectance": reflectance}
 
 
@@ -182,5 +187,6 @@ def _surroundings(folder, colour):
 
 def _mesh(folder, place):
     """Return a mesh: a tetrahedron."""
-    write_ply(folder / "inert.ply", np.array(_tetrahedron(place)), np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]))
+    faces = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
+    write_ply(folder / "inert.ply", np.array(_tetrahedron(place)), faces)
     return {"type": "mesh", "filename": "inert.ply"}

@@ -7,8 +7,8 @@ a mesh as well, shapes are found through a hierarchy, as in any scene that has o
 themselves are measured with that alone.
 
 What a kernel has is asked of the compiled scene. Operations are Dr.Jit's, code is what LLVM is given, both of the
-largest kernel; compiling is the time for all kernels of a picture in a process with an empty cache. Time is CPU time of a
-render after that, without building the scene, in turns. Means apart: root mean square difference of blocks of pixels
+largest kernel; compiling is the time for all kernels of a picture in a process with an empty cache. Time is CPU time of
+a render after that, without building the scene, in turns. Means apart: root mean square difference of blocks of pixels
 to those of the scene as it is, in standard errors; if the two are not the same picture, measuring ends. Ways over
 mirrors to lamps (`mirrorlight`) are off: there are none with a hierarchy.
 """

@@ -1,5 +1,8 @@
-"""A scene as the benchmark `needs` renders it. As a program, with an empty cache: `... needs_worker SCENE.json` tells in
-a line of JSON what its kernels are and how long they took to compile."""
+"""A scene as the benchmark `needs` renders it.
+
+As a program, `python -m benchmarks.needs_worker SCENE.json` tells in a line of JSON what its kernels are and, started
+with an empty cache, how long they took to compile.
+"""
 
 from __future__ import annotations
 
@@ -72,10 +75,11 @@ def _in_paths(scene):
     """Return the same of a PathScene."""
     scattering, lighting = scene.scattering, scene.lighting
     groups = scattering.groups if scattering else []
-    materials = [f"{group.kind.name} ({', '.join(sorted(group.has))})" if group.has else group.kind.name for group in groups]
+    materials = [group.kind.name + (f" ({', '.join(sorted(group.has))})" if group.has else "") for group in groups]
     lights = [_light(group) for group in lighting._groups]
     lights += ["shapes that shine"] * lighting.has_emitters
-    others = {"textures": any(group.textured for group in groups), "tangents": bool(scattering) and scattering.with_tangents,
+    others = {"textures": any(group.textured for group in groups),
+              "tangents": bool(scattering) and scattering.with_tangents,
               "background": lighting.has_background and not lighting.has_image, "roulette": scene.roulette,
               "lamps in mirrors": scene.mirrors is not None}  # fmt: skip
     return {"lights": lights, "materials": materials, "else": [name for name, there in others.items() if there]}
@@ -99,8 +103,8 @@ def main(path):
         kernels = [kernel for kernel in dr.kernel_history() if "operation_count" in kernel]
     largest = max(kernels, key=lambda kernel: kernel["operation_count"])
     compiling = sum(kernel["codegen_time"] + kernel["backend_time"] for kernel in kernels) / 1000
-    print(json.dumps({"operations": largest["operation_count"], "code (kB)": round(len(largest["ir"].getvalue()) / 1000),
-                      "compile (s)": compiling}))  # fmt: skip
+    size = round(len(largest["ir"].getvalue()) / 1000)
+    print(json.dumps({"operations": largest["operation_count"], "code (kB)": size, "compile (s)": compiling}))
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 """Plots of speed against error, made from results.json and from nothing else.
 
-`python -m benchmarks.plots` writes to docs/plots: a plot of error against CPU time for each scene (`error_SCENE.svg`), all
-of them small on one page (`errors.png`), and the speed-up at equal error as bars (`speedup.svg`). The same results give
-the same bytes. Each file tells the digest of the rows it was made from, by which a test finds plots that are out of date.
+`python -m benchmarks.plots` writes to docs/plots: a plot of error against CPU time for each scene (`error_SCENE.svg`),
+all of them small on one page (`errors.png`), and the speed-up at equal error as bars (`speedup.svg`). The same results
+give the same bytes. Each file tells the digest of the rows it was made from, so that a test finds plots out of date.
 
 Colours are those of Okabe and Ito, which people with any colour vision tell apart; markers differ as well.
 """
@@ -67,7 +67,8 @@ def _save(figure, path, source):
     figure.savefig(pixels := io.BytesIO(), format="png", dpi=DENSITY)
     told = PngImagePlugin.PngInfo()
     told.add_text("Description", source)
-    Image.open(pixels).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(path, pnginfo=told, optimize=True)
+    few = Image.open(pixels).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+    few.save(path, pnginfo=told, optimize=True)
 
 
 def digest(results):
@@ -90,7 +91,7 @@ def curves(rows, scene):
 
 
 def style(contender):
-    """Return (colour, marker, width) of a contender's line: by whose it is, and whether its sampler is the plain one."""
+    """Return (colour, marker, width) of a contender's line: by whose it is, and whether its sampler is plain."""
     if contender.startswith("ours"):
         return OURS if contender == "ours" else ("#cc79a7", "p", 2.0)
     variant, _, sampler = contender.partition(" ")
@@ -200,7 +201,8 @@ def _crosses(times, errors):
 
 def _tell(axes, text, place, offset, colour, side):
     """Write a few small words beside a point, `offset` in points."""
-    axes.annotate(text, place, xytext=offset, textcoords="offset points", ha=side, va="center", color=colour, fontsize=7)
+    axes.annotate(text, place, xytext=offset, textcoords="offset points", ha=side, va="center", color=colour,
+                  fontsize=7)  # fmt: skip
 
 
 def _bars(spreads):
@@ -211,7 +213,8 @@ def _bars(spreads):
 def _name(axes, drawn):
     """Write the contenders' names to the right of a plot, each at the height at which its line ends."""
     axes.figure.draw_without_rendering()  # limits are known from here on
-    ends = {name: axes.transAxes.inverted().transform(axes.transData.transform(end)) for name, (_, end) in drawn.items()}
+    to_axes = axes.transData + axes.transAxes.inverted()
+    ends = {name: to_axes.transform(end) for name, (_, end) in drawn.items()}
     names = sorted(ends, key=lambda name: ends[name][1])
     for name, height in zip(names, placed([ends[name][1] for name in names], LINE)):
         colour = style(name)[0]

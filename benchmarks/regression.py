@@ -69,9 +69,9 @@ class Comparison:
 def check(measured, committed):
     """Print how each ratio compares and return the exit status: FALLEN if one fell, NOTHING if none was compared."""
     comparisons, left_out = compare(measured, committed)
-    for told in (measured, committed):
-        where = "committed" if told is committed else "measured"
-        print(f"{where}: {told['machine']['cpu']}, {told['machine']['cores']} cores, commit {told['machine']['commit']}")
+    for where, results in (("measured", measured), ("committed", committed)):
+        machine = results["machine"]
+        print(f"{where}: {machine['cpu']}, {machine['cores']} cores, commit {machine['commit']}")
     print(table.table([_row(one) for one in comparisons]))
     print(*left_out, sep="\n")
     fallen = [one.name for one in comparisons if one.verdict == FELL]

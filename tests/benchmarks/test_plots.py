@@ -1,4 +1,4 @@
-"""Plots of speed against error: what is drawn is what was measured, and the committed ones are of the committed results."""
+"""Plots of speed against error: what is drawn was measured, and the committed ones are of the committed results."""
 
 import json
 import re
@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from benchmarks import plots, table
 
-CONTENDERS = {"ours": 1, "llvm independent": 4, "llvm multijitter": 3, "scalar independent": 20, "scalar multijitter": 15}
+CONTENDERS = {"ours": 1, "llvm independent": 4, "llvm multijitter": 3, "scalar independent": 20,
+              "scalar multijitter": 15}  # fmt: skip
 SAMPLES = (4, 16, 64)
 
 
@@ -17,8 +18,8 @@ def row(scene, contender, samples):
     """Return one made-up row of the table of curves."""
     time, error = 0.001 * CONTENDERS[contender] * samples, 0.5 / samples
     return {"scene": scene, "contender": contender, "samples a pixel": samples,
-            "CPU time (s)": {"median": time, "min": 0.9 * time, "max": 1.2 * time}, "wall time (s)": time / 2, "MSE": error,
-            "relative MSE": {"median": error, "min": 0.8 * error, "max": 1.1 * error}}  # fmt: skip
+            "CPU time (s)": {"median": time, "min": 0.9 * time, "max": 1.2 * time}, "wall time (s)": time / 2,
+            "MSE": error, "relative MSE": {"median": error, "min": 0.8 * error, "max": 1.1 * error}}  # fmt: skip
 
 
 @pytest.fixture
@@ -37,8 +38,8 @@ def test_every_scene_has_its_plot_with_all_contenders(results, tmp_path):
     names = [path.name for path in plots.write(results, tmp_path)]
     assert names == ["error_plain.svg", "error_thin_lens.svg", "errors.png", "speedup.svg"]
     words = re.findall(r"<!-- (.*?) -->", (tmp_path / "error_thin_lens.svg").read_text())
-    expected = {"ours", "Mitsuba llvm multijitter", "Mitsuba scalar independent", "4 samples", "64 samples", "thin lens"}
-    assert expected <= set(words)
+    assert {"ours", "Mitsuba llvm multijitter", "Mitsuba scalar independent"} <= set(words)
+    assert {"4 samples", "64 samples", "thin lens"} <= set(words)
 
 
 def test_same_results_give_the_same_bytes(results, tmp_path):
@@ -111,8 +112,10 @@ def test_labels_that_meet_share_the_way(wanted, expected):
     assert plots.placed(wanted, 0.1) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("contenders", [("llvm independent", "llvm multijitter"), ("scalar ldsampler", "llvm ldsampler"),
-                                        ("ours", "ours cuda"), ("cuda independent", "cuda stratified")])  # fmt: skip
+@pytest.mark.parametrize("contenders", [
+    ("llvm independent", "llvm multijitter"), ("scalar ldsampler", "llvm ldsampler"), ("ours", "ours cuda"),
+    ("cuda independent", "cuda stratified"),
+])  # fmt: skip
 def test_contenders_are_told_apart_without_colour(contenders):
     """Markers differ where colours do."""
     (colour, marker, _), (other, another, _) = map(plots.style, contenders)
