@@ -2,7 +2,9 @@
 
 The coat mirrors F(wi). What enters is scattered by the base, and reflected between base and coat until it leaves:
 f = kd / (1 - F_in) (1 - F(wi)) (1 - F(wo)) / (pi eta^2), with F_in the coat's mean reflectance from inside. The base's
-colour is not shifted by what passes it more than once (`nonlinear` off in Mitsuba, whose model this is).
+colour is not shifted by what passes it more than once (`nonlinear` off in Mitsuba, whose model this is). By energy,
+eta^2 (1 - F_in) is 1 - F_out, with the mean reflectance from outside: a white base loses and makes nothing. Mitsuba fits
+F_in, whose fit makes 0.1 % of light at index 1.5, 3 % at 2.4 and 25 % at 3, and is above 1 from 4 on.
 """
 
 import math
@@ -15,7 +17,7 @@ from renderer.core.fresnel import dielectric, diffuse_reflectance
 from renderer.core.numeric import greater
 from renderer.core.warp import square_to_cosine_hemisphere
 
-# SCALE: 1 / (pi eta^2 (1 - F_in)); weight of the coat in picking it, what is left for the base; inverse of the former,
+# SCALE: 1 / (pi (1 - F_out)); weight of the coat in picking it, what is left for the base; inverse of the former,
 # and SCALE pi over the latter
 REFLECTANCE, ETA, SCALE, COAT, BASE, COAT_WEIGHT, BASE_WEIGHT = 0, 3, 4, 5, 6, 7, 8
 TEXTURE_MEAN = 0.5  # what a texture counts in picking; only the noise depends on it
@@ -27,7 +29,7 @@ def pack(bsdf, outside):
     constant = isinstance(bsdf.reflectance, tuple)
     mean = max(LEAST_MEAN, sum(bsdf.reflectance) / 3) if constant else TEXTURE_MEAN
     eta, coat, base = bsdf.ior / outside, 1 / (1 + mean), mean / (1 + mean)
-    scale = 1 / (math.pi * eta**2 * (1 - diffuse_reflectance(1 / eta)))
+    scale = 1 / (math.pi * (1 - diffuse_reflectance(eta)))
     colour = bsdf.reflectance if constant else (0.0, 0.0, 0.0)
     return [*colour, eta, scale, coat, base, 1 / coat, scale * math.pi / base]
 

@@ -1,9 +1,13 @@
 """Reflection and refraction at a smooth interface."""
 
+import math
+
 import drjit as dr
 
 from renderer.core.backend import Float, Vector3f
 from renderer.core.numeric import TINY, away_from_zero, lesser, safe_sqrt
+
+NEARLY_1, MOST_INDEX = 1e-4, 1e4  # differences from 1, and indices, within which the closed form keeps six digits
 
 
 def reflect(d, n, cos_i):
@@ -64,11 +68,16 @@ def conductor(cos_i, difference, product):
 
 
 def diffuse_reflectance(eta):
-    """Return the reflectance of an interface for light from all directions in front, by fits; host.
+    """Return the reflectance of an interface for light from all directions in front; host.
 
-    For eta < 1 (the index behind over the one in front) the fit of [Egan1973], else that of [DEon2011].
+    The integral of F(cos) 2 cos in closed form [Judd1942]; what comes from the denser side follows from energy.
     """
-    if eta < 1:
-        return -1.4399 * eta**2 + 0.7099 * eta + 0.6681 + 0.0636 / eta
-    x = 1 / eta
-    return 0.919317 - 3.4793 * x + 6.75335 * x**2 - 7.80989 * x**3 + 4.98554 * x**4 - 1.36881 * x**5
+    n = min(max(eta, 1 / eta), MOST_INDEX)
+    if n - 1 < NEARLY_1:  # the closed form is a difference of large numbers there
+        outer = (n - 1) / 3
+    else:
+        n2, n4 = n * n, n**4
+        outer = 0.5 + (n - 1) * (3 * n + 1) / (6 * (n + 1) ** 2) - 2 * n**3 * (n2 + 2 * n - 1) / ((n2 + 1) * (n4 - 1))
+        outer += n2 * (n2 - 1) ** 2 / (n2 + 1) ** 3 * math.log((n - 1) / (n + 1))
+        outer += 8 * n4 * (n4 + 1) / ((n2 + 1) * (n4 - 1) ** 2) * math.log(n)
+    return outer if eta >= 1 else 1 - (1 - outer) / n**2

@@ -6,6 +6,7 @@ import drjit as dr
 import numpy as np
 import pytest
 
+from converters.mitsuba.bsdfs import plastic_share
 from renderer.bsdfs import KINDS
 from renderer.core.backend import Float, Vector2f, Vector3f
 from renderer.core.rows import Rows
@@ -133,8 +134,9 @@ def rough_dielectrics():
 def plastics():
     """Yield settings of `plastic`."""
     for ior in (1.5, 2.4, 1.0, 1 / 1.5):
+        scaled = rgb([plastic_share(ior) * part for part in GREEN])
         yield Setting(f"plastic-{ior:.3g}", keys.Plastic(ior=ior, reflectance=GREEN),
-                      {"type": "plastic", **glass(ior), "diffuse_reflectance": rgb(GREEN), "nonlinear": False})
+                      {"type": "plastic", **glass(ior), "diffuse_reflectance": scaled, "nonlinear": False})
     yield Setting("plastic-black", keys.Plastic(reflectance=(0.0, 0.0, 0.0), ior=1.0), None)
     yield Setting("plastic-white", keys.Plastic(reflectance=WHITE), None)
 

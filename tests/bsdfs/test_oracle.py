@@ -67,8 +67,11 @@ def test_value_and_density_agree(setting):
 
 
 def same_density(setting):
-    """Return whether the plugin picks its lobes as ours does, which the one of the coursework's material does not."""
-    return setting.mitsuba["type"] != "coursework"
+    """Return whether the plugin picks its lobes as ours does.
+
+    The one of the coursework's material does not, nor that of plastic, whose base is given another reflectance.
+    """
+    return setting.mitsuba["type"] not in ("coursework", "plastic")
 
 
 def two_sided(setting):
