@@ -23,7 +23,7 @@ import drjit as dr
 
 from renderer.accel.bvh import Bvh, Walk
 from renderer.core.backend import Bool, Float, UInt32, Vector3f
-from renderer.core.numeric import FAR, TINY, greater, lesser
+from renderer.core.numeric import FAR, LEAST_NORMAL, greater, lesser
 from renderer.core.records import NO_SHAPE, Hit, Ray, Surface
 from renderer.integrators.base import register
 from renderer.integrators.mis import power_heuristic
@@ -183,7 +183,7 @@ class PathTracer:
         if lighting.has_lights and scattering.smooth:
             light = lighting.sample(surface.p, choices.x, draws.u2(dimension + ON_LIGHT))
             value, pdf_sa = look.evaluate(wi, light.wo)
-            share = _light_share(light, pdf_sa) / greater(light.pdf_sa, Float(TINY))
+            share = _light_share(light, pdf_sa) / greater(light.pdf_sa, Float(LEAST_NORMAL))
             vertex.direct = dr.select(active, path.throughput * value * light.radiance * share, 0)
             vertex.towards_light, vertex.distance = leave(surface, hit.index, light.wo), light.distance
 
@@ -206,7 +206,7 @@ class PathTracer:
         """Let the vertex draw a way over a mirror to a lamp."""
         way = self._mirrors.sample(surface.p, draws.u2(dimension + MIRROR), draws.u2(dimension + ON_LAMP))
         value, pdf_sa = look.evaluate(-path.d, way.wo)
-        weight = power_heuristic(way.pdf_sa, pdf_sa) / greater(way.pdf_sa, Float(TINY))
+        weight = power_heuristic(way.pdf_sa, pdf_sa) / greater(way.pdf_sa, Float(LEAST_NORMAL))
         last = path.depth + 1 >= self._limit  # the mirror is a bounce too
         vertex.reflected = dr.select(active & ~last, path.throughput * value * way.radiance * weight, 0)
         vertex.way, vertex.towards_mirror = way, leave(surface, hit.index, way.wo)
