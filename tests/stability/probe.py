@@ -116,7 +116,8 @@ def mitsuba_shadows(shape, o, d):
 def stage(*shapes):
     """Return Mitsuba's scene of some shapes, without materials, lights and sensors."""
     mi, scene = mitsuba(), {"type": "scene"}
-    for number, (shape, part) in enumerate((shape, part) for shape in shapes for part in parts(shape)):
+    everything = [(shape, part) for shape in shapes for part in parts(shape)]
+    for number, (shape, part) in enumerate(everything):
         name = f"{part.name}{number}"
         if part.mesh is not None:
             mesh = mi.Mesh(name, len(part.mesh.vertices), len(part.mesh.faces))

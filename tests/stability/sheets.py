@@ -70,7 +70,7 @@ def distance(shape, o, d):
 
 
 def met(*inputs):
-    """Return a measure: distances of o + t d from the plane, in roundoffs of the ways from its middle and along the ray."""
+    """Return a measure: distances of o + t d from the plane, in roundoffs of the ways from middle and origin."""
     def errors(find):
         found = []
         for shape, o, d in inputs:
@@ -124,7 +124,7 @@ def at_rim(shape, way, seed):
 
 
 def decided(*inputs):
-    """Return a measure: how far from the rim rays pass that are wrongly said to hit or miss, in roundoffs of the way."""
+    """Return a measure: how far beside the rim rays pass that are wrongly said to hit or miss, in roundoffs."""
     def errors(find):
         found = []
         for shape, o, d in inputs:
@@ -167,7 +167,7 @@ def textbook_of_both(shapes, o, d):
     for shape in shapes:
         c, n, u, v = (np.asarray(part, np.float64) for part in spanned(shape))
         normal = np.cross(u, v)
-        duals = [np.float32(np.cross(v, normal) / (normal @ normal)), np.float32(np.cross(normal, u) / (normal @ normal))]
+        duals = [np.float32(part / (normal @ normal)) for part in (np.cross(v, normal), np.cross(normal, u))]
         n, c = np.float32(n), np.float32(c)
         t = ((c - o) @ n) / (d @ n)
         q = o + t[:, None] * d - c

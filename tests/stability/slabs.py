@@ -131,7 +131,7 @@ def settled(*inputs):
 
 
 def decided(shape, o, d):
-    """Return a measure: which rays are wrongly said to hit or miss, and which distances are wrong by more than 8 ulp."""
+    """Return a measure: which rays are wrongly said to hit or miss, or meet something elsewhere than they should."""
     wanted = first(shape, o, d)
 
     def wrong(find):
@@ -202,7 +202,7 @@ def wedge_met(find):
     return np.abs((p @ normals.T - offsets).max(-1)) / (3 * ULP)
 
 
-def tolerant(shape, o, d, tolerance=np.float32(1e-4)):
+def tolerant(shape, o, d, tolerance=1e-4):
     """Return the clipping of textbooks in float32, where lines within a tolerance of a face's plane are parallel."""
     near, far = np.full(len(o), -np.inf, np.float32), np.full(len(o), np.inf, np.float32)
     for *n, offset in shape.halfspaces:
@@ -259,7 +259,7 @@ def from_the_origin(shape, o, d):
     middle = corners.mean(0)
     equations = ConvexHull(corners - middle).equations
     rows = np.column_stack([equations[:, :3], equations[:, :3] @ middle - equations[:, 3]])
-    return tolerant(schema.Convex(halfspaces=tuple(map(tuple, rows.tolist()))), o, d, np.float32(0))
+    return tolerant(schema.Convex(halfspaces=tuple(map(tuple, rows.tolist()))), o, d, 0.0)
 
 
 def three(measure, naive, theirs=theirs):
