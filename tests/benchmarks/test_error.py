@@ -207,7 +207,7 @@ def test_mitsuba_renders_with_the_sampler_that_it_is_told(tiny):
 @pytest.mark.oracle
 def test_one_scene_from_end_to_end(monkeypatch):
     """Every table has what it promises; times are not judged."""
-    monkeypatch.setattr(error, "LEVELS", (1, 4))
+    monkeypatch.setattr(error, "LEVELS", (4, 16))
     monkeypatch.setattr(error, "EQUAL_SAMPLES", 4)
     committed = references.read("binary_primitives")
     small = dataclasses.replace(committed, picture=committed.picture.reshape(16, 8, 24, 8, 3).mean((1, 3)))
@@ -215,7 +215,8 @@ def test_one_scene_from_end_to_end(monkeypatch):
     effort = dataclasses.replace(QUICK, repeats=1, scenes=("binary_primitives",))
     found = error.measure(effort)
     tables = found["tables"]
-    assert [row["samples a pixel"] for row in tables["curves"]] == 5 * [1, 4]
+    samples = [row["samples a pixel"] for row in tables["curves"]]
+    assert samples[0::2] == 5 * [4] and set(samples[1::2]) <= {16, 25}  # 25: rounded up by a sampler
     assert len(tables["stages"]) == 5 and all(row["compile (s)"]["median"] > 0.01 for row in tables["stages"][:3])
     for row in tables["curves"]:
         assert 0 < row["relative MSE"]["median"] < 0.1 and 0 < row["FLIP"]["median"] < 0.2 < row["SSIM"]["median"] < 1
