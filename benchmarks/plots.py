@@ -179,11 +179,12 @@ def _draw(axes, scene, rows, small=False):
         axes.plot(*_crosses(times, errors), color=colour, linewidth=0.7, zorder=order)
         drawn[name] = line, (x[-1], y[-1])
         if name == "ours" and not small:
-            _tell(axes, f"{samples[0]} samples", (x[0], y[0]), (5, 5), colour, "left")
-            _tell(axes, f"{samples[-1]} samples", (x[-1], y[-1]), (-6, -4), colour, "right")
+            for k in (0, -1):
+                told = f"{samples[k]} sample" + "s" * (samples[k] > 1)
+                _tell(axes, told, (x[k], y[k]), (-3, -9) if k == 0 else (-6, -4), colour, "right")
     axes.set(xscale="log", yscale="log", title=scene.replace("_", " "))
     axes.grid(True, which="major", color=FAINT, linewidth=0.4)
-    axes.margins(x=0.05 if small else 0.1, y=0.08)
+    axes.margins(x=0.05 if small else 0.14, y=0.08)
     axes.tick_params(which="minor", length=0 if small else 2)
     if small:
         axes.minorticks_off()
@@ -239,7 +240,8 @@ def _of_speedups(rows):
     axes.axvline(1, color=INK, linewidth=0.8)
     axes.set(xscale="log", xlabel="times as fast as Mitsuba at equal error (CPU time, logarithmic)",
              yticks=range(len(rows)), yticklabels=[row["scene"].replace("_", " ") for row in rows])  # fmt: skip
-    axes.margins(x=0.1)
+    ends = [_spread(row[key])[end] for row in rows for key in bars if row.get(key) for end in ("min", "max")]
+    axes.set_xlim(min([0.9, *(end / 1.5 for end in ends if end < 1)]), 1.5 * max([1.0, *ends]))
     axes.tick_params(axis="y", length=0)
     axes.xaxis.set_major_formatter(lambda x, _: number(int(x) if x >= 1 else x))
     axes.spines["left"].set_visible(False)
