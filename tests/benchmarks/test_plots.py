@@ -24,7 +24,21 @@ def row(scene, contender, samples):
 
 @pytest.fixture
 def results():
-    """Made-up results of two scenes; on one, scalar rendering did not reach the error of ours."""
+    """Made-up results that a test may change."""
+    return made_up()
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """The paths of plots of made-up results, written into a folder with older files."""
+    folder = tmp_path_factory.mktemp("plots")
+    (folder / "error_old.svg").touch()
+    (folder / "other.svg").touch()
+    return plots.write(made_up(), folder)
+
+
+def made_up():
+    """Return results of two scenes; on one, scalar rendering did not reach the error of ours."""
     rows = [row(scene, name, samples) for scene in ("plain", "thin_lens") for name in CONTENDERS for samples in SAMPLES]
     ratio = {"median": 4.0, "min": 3.0, "max": 5.0}
     equal = [{"scene": "plain", "llvm best, x Mitsuba": {"median": 0.5, "min": 0.5, "max": 0.5},
@@ -33,33 +47,29 @@ def results():
     return {"benchmarks": {"error": {"tables": {"curves": rows, "at equal error": equal}}}}
 
 
-def test_every_scene_has_its_plot_with_all_contenders(results, tmp_path):
+def test_every_scene_has_its_plot_with_all_contenders(written):
     """Labels are drawn as outlines; their words stand in comments."""
-    names = [path.name for path in plots.write(results, tmp_path)]
-    assert names == ["error_plain.svg", "error_thin_lens.svg", "errors.png", "speedup.svg"]
-    words = re.findall(r"<!-- (.*?) -->", (tmp_path / "error_thin_lens.svg").read_text())
+    assert [path.name for path in written] == ["error_plain.svg", "error_thin_lens.svg", "errors.png", "speedup.svg"]
+    words = re.findall(r"<!-- (.*?) -->", written[1].read_text())
     assert {"ours", "Mitsuba llvm multijitter", "Mitsuba scalar independent"} <= set(words)
     assert {"4 samples", "64 samples", "thin lens"} <= set(words)
 
 
-def test_same_results_give_the_same_bytes(results, tmp_path):
+def test_same_results_give_the_same_bytes(results, written, tmp_path):
     """No date, no version, no random names of parts."""
-    first = plots.write(results, tmp_path / "a")
-    second = plots.write(json.loads(json.dumps(results)), tmp_path / "b")
-    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+    again = plots.write(json.loads(json.dumps(results)), tmp_path)
+    assert [path.read_bytes() for path in written] == [path.read_bytes() for path in again]
 
 
-def test_plots_are_small(results, tmp_path):
+def test_plots_are_small(written):
     """They are kept in the repository."""
-    assert max(path.stat().st_size for path in plots.write(results, tmp_path)) < 100_000
+    assert max(path.stat().st_size for path in written) < 100_000
 
 
-def test_plot_of_a_scene_that_has_gone_goes(results, tmp_path):
+def test_plot_of_a_scene_that_has_gone_goes(written):
     """An old plot beside new ones would be taken for one of them."""
-    (tmp_path / "error_old.svg").touch()
-    (tmp_path / "other.svg").touch()
-    plots.write(results, tmp_path)
-    assert not (tmp_path / "error_old.svg").exists() and (tmp_path / "other.svg").exists()
+    there = {path.name for path in written[0].parent.iterdir()}
+    assert there == {path.name for path in written} | {"other.svg"}
 
 
 def test_points_are_medians_in_the_order_of_samples(results):
