@@ -180,7 +180,7 @@ def _roughdielectric(surface, record):
 
 
 def plastic_share(eta):
-    """Return by how much the base's reflectance must be multiplied for Mitsuba, whose coat reflects as much as fits say.
+    """Return by how much the base's reflectance must be multiplied for Mitsuba, whose coat reflects by fits.
 
     Of eta, the index of the coat relative to the outside, it takes the fit of [Egan1973] or, below 1, of [DEon2011] for
     the mean reflectance from inside. The true one is an integral; 1 is returned where the fit leaves nothing.

@@ -19,9 +19,9 @@ from renderer.core.elementary import exp2, exp2_both, log2, log2_below_1, sincos
 from renderer.core.fresnel import dielectric
 from renderer.core.numeric import TINY, away_from_zero, greater
 
-# Diffuse colour; its factor kd (1 - rho) / pi; colour of the lobe with all its factors; e / 2 and 2 / (e + 1), as squares
-# of cosines ask for; rho; rho and the probability of the lobe; factors of the densities of base and lobe; index and
-# inverse; 1 for glass; alpha of mirrors
+# Diffuse colour; its factor kd (1 - rho) / pi; colour of the lobe with all its factors; e / 2 and 2 / (e + 1), as
+# squares of cosines ask for; rho; rho and the probability of the lobe; factors of the densities of base and lobe; index
+# and inverse; 1 for glass; alpha of mirrors
 COLOUR, KD, LOBE, HALF_EXPONENT, TWICE_INVERSE, RHO, RHO_OR_LOBE, DIFFUSE_PDF, LOBE_PDF = 0, 3, 4, 7, 8, 9, 10, 11, 12
 ETA, INVERSE_ETA, IS_GLASS, ALPHA, KD_MADE, KS_MADE = 13, 14, 15, 16, 17, 18  # the last two: energy made if above 1
 DIFFUSE, HIGHLIGHT, MIRROR, BLURRED, GLASS = "diffuse", "highlight", "mirror", "blurred", "glass"  # features

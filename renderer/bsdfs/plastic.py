@@ -3,8 +3,8 @@
 The coat mirrors F(wi). What enters is scattered by the base, and reflected between base and coat until it leaves:
 f = kd / (1 - F_in) (1 - F(wi)) (1 - F(wo)) / (pi eta^2), with F_in the coat's mean reflectance from inside. The base's
 colour is not shifted by what passes it more than once (`nonlinear` off in Mitsuba, whose model this is). By energy,
-eta^2 (1 - F_in) is 1 - F_out, with the mean reflectance from outside: a white base loses and makes nothing. Mitsuba fits
-F_in, whose fit makes 0.1 % of light at index 1.5, 3 % at 2.4 and 25 % at 3, and is above 1 from 4 on.
+eta^2 (1 - F_in) is 1 - F_out, with the mean reflectance from outside: a white base loses and makes nothing. Mitsuba
+fits F_in; its fit makes 0.1 % of light at index 1.5, 3 % at 2.4 and 25 % at 3, and is above 1 from 4 on.
 """
 
 import math

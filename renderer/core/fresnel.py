@@ -4,7 +4,7 @@ import math
 
 import drjit as dr
 
-from renderer.core.backend import Float, Vector3f
+from renderer.core.backend import Float
 from renderer.core.numeric import TINY, away_from_zero, lesser, safe_sqrt
 
 NEARLY_1, MOST_INDEX = 1e-4, 1e4  # differences from 1, and indices, within which the closed form keeps six digits
@@ -53,8 +53,8 @@ def conductor(cos_i, difference, product):
 
     With q = |n^2 - sin^2|, a = Re sqrt(n^2 - sin^2), c = cos_i, s = sin_i:
     r_s = (q + c^2 - 2 a c) / (q + c^2 + 2 a c), r_p = r_s (q c^2 + s^4 - 2 a c s^2) / (q c^2 + s^4 + 2 a c s^2),
-    and (r_s + r_p) / 2 needs one division. What a metal absorbs is in proportion to a, which is small beside q: so it is
-    not taken from a difference, but from 2 a Im = product. Source: [Born1999, sec. 14.4.2].
+    and (r_s + r_p) / 2 needs one division. What a metal absorbs is in proportion to a, which is small beside q: so it
+    is not taken from a difference, but from 2 a Im = product. Source: [Born1999, sec. 14.4.2].
     """
     cos2 = dr.square(cos_i)
     sin2 = 1 - cos2

@@ -73,7 +73,7 @@ def errors(inputs, which=0):
 
 
 def critical():
-    """Return cosines up to 64 float32 numbers to both sides of the critical angles of 500 indices below 1, and these."""
+    """Return cosines up to 64 float32 numbers from the critical angles of 500 indices below 1, and the indices."""
     eta = np.random.default_rng(31).uniform(0.4, 0.99, 500).astype(np.float32)
     at = np.sqrt(1 - eta.astype(float) ** 2).astype(np.float32)
     steps = np.concatenate([-np.arange(1, 65), [0], np.arange(1, 65)]).astype(np.int32)
@@ -138,12 +138,15 @@ def conductor_theirs(c, eta, k):
                                                           mi.Float(k.astype(np.float32)))).numpy()
 
 
+METAL_SIDES = conductor_ours, conductor_textbook, conductor_theirs
+
+
 def metal_errors():
     """Return for each side a function that returns relative errors of F."""
     inputs = metal_inputs()
     right = 1 - absorbed(*inputs)
     return [lambda side=side: relative(side(*inputs), right)
-            for side in (conductor_ours, conductor_textbook, conductor_theirs)]
+            for side in METAL_SIDES]
 
 
 def bounced(side):
@@ -179,5 +182,5 @@ CASES = (
          **spread(metal_errors())),
     Case("metals, what 100 bounces leave", "relative", 100 * METAL_ROUNDINGS, "100 times 6 roundings",
          naive_name="a^2 = (q + Re n^2 - sin^2) / 2",
-         **spread([lambda side=side: bounced(side) for side in (conductor_ours, conductor_textbook, conductor_theirs)])),
+         **spread([lambda side=side: bounced(side) for side in METAL_SIDES])),
 )

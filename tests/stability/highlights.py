@@ -155,6 +155,7 @@ CASES = (
          "e sin(angle) <= 1700 times the rounding of wo, which is 5", lambda: of_direction(drawn),
          lambda: of_direction(drawn_textbook), "cos = (1 - u)^(1 / (e + 1))", remark=NO_PLUGIN),
     Case("densities of directions drawn from exponent 1e5", "relative", 20 * ULP,
-         "10 roundings of (1 - u) / cos and factors, and 4 of the cosine with wi, which is 0.39 at the least", lambda: of_density(drawn),
-         lambda: of_density(drawn_textbook), "the power of the rounded cosine", remark=NO_PLUGIN),
+         "10 roundings of (1 - u) / cos and factors, and 4 of the cosine with wi, which is 0.39 at the least",
+         lambda: of_density(drawn), lambda: of_density(drawn_textbook), "the power of the rounded cosine",
+         remark=NO_PLUGIN),
 )

@@ -1,8 +1,8 @@
 """Plastic: light that goes back and forth between coat and base.
 
 A white base under a coat that absorbs nothing reflects all light. It does so only if the coat's mean reflectance from
-inside is the one that belongs to its Fresnel factor: of dense coats all but a hundredth comes back, and what is wrong in
-the third digit is multiplied by a hundred. Indices run from 1.05 to 20.
+inside is the one that belongs to its Fresnel factor: of dense coats all but a hundredth comes back, and what is wrong
+in the third digit is multiplied by a hundred. Indices run from 1.05 to 20.
 """
 
 import functools

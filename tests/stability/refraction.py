@@ -1,8 +1,8 @@
 """Directions behind surfaces, and ways through many of them.
 
-Refraction: the law of Snell and the length of what comes out. Then rays through eight shells of glass within one another,
-and a hundred bounces between two mirrors, followed by the integrators of both modes and, on the same numbers, in double
-precision.
+Refraction: the law of Snell and the length of what comes out. Then rays through eight shells of glass within one
+another, and a hundred bounces between two mirrors, followed by the integrators of both modes and, on the same numbers,
+in double precision.
 """
 
 import functools
@@ -13,7 +13,7 @@ from pathlib import Path
 import drjit as dr
 import numpy as np
 
-from renderer.core.backend import Bool, Float, UInt32, Vector2f, Vector3f
+from renderer.core.backend import Bool, Float, UInt32, Vector2f
 from renderer.core.fresnel import dielectric, refract
 from renderer.integrators import integrator_of
 from renderer.scene.loader import load
@@ -183,8 +183,9 @@ def their_way(scene, o, d, steps, sample):
 def their_shells(indices):
     """Return where Mitsuba's rays leave the shells."""
     around = (1.0, *indices)
-    scene = {f"shell{k}": {"type": "sphere", "center": list(CENTER), "radius": float(r), "bsdf": {
-        "type": "dielectric", "int_ior": around[k + 1], "ext_ior": around[k]}} for k, r in enumerate(RADII)}  # fmt: skip
+    glass = [{"type": "dielectric", "int_ior": inside, "ext_ior": outside} for inside, outside in zip(indices, around)]
+    scene = {f"shell{k}": {"type": "sphere", "center": list(CENTER), "radius": float(RADII[k]), "bsdf": glass[k]}
+             for k in range(8)}  # fmt: skip
     return their_way(mitsuba().load_dict({"type": "scene", **scene}), *beams(), 16, 1 - 2.0**-24)
 
 
@@ -250,7 +251,8 @@ def off_course(found):
 def shell_case(name, indices, mode):
     """Return the Case of rays through shells."""
     each, frames = (12, "") if mode == "phong" else (20, ", of them 8 into the local frame and back")
-    return Case(f"{name}, mode {mode}", "of the radius", 16 * each * ULP, f"{each} roundings at each of 16 surfaces{frames}",
+    because = f"{each} roundings at each of 16 surfaces{frames}"
+    return Case(f"{name}, mode {mode}", "of the radius", 16 * each * ULP, because,
                 lambda: astray(followed(shells(indices, mode), mode, *beams(), 16), indices),
                 lambda: astray(through(indices, np.float32, EPSILON), indices), "rays start 1e-4 off surfaces",
                 lambda: astray(their_shells(indices), indices))  # fmt: skip
@@ -269,8 +271,8 @@ SINES = "sin = sqrt(1 - cos^2)"
 CASES = (
     Case("refracted directions, Snell's law", "of the sine", 10 * ULP, "10 roundings of vectors up to 2.4 long",
          lambda: snell(ours_refracted), lambda: snell(textbook_refracted), SINES, lambda: snell(their_refracted)),
-    Case("refracted directions, length", "of 1", 3 * ULP, "rsqrt 1.9 roundings, and one", lambda: lengths(ours_refracted),
-         lambda: lengths(textbook_refracted), SINES, lambda: lengths(their_refracted)),
+    Case("refracted directions, length", "of 1", 3 * ULP, "rsqrt 1.9 roundings, and one",
+         lambda: lengths(ours_refracted), lambda: lengths(textbook_refracted), SINES, lambda: lengths(their_refracted)),
     *(shell_case(f"eight shells of {what}", indices, mode)
       for what, indices in (("index 1", MATCHED), ("glass", INDICES)) for mode in ("phong", "pathtracer")),
     *(corridor_case(mode) for mode in ("phong", "pathtracer")),

@@ -12,7 +12,7 @@ import drjit as dr
 import numpy as np
 
 from renderer.bsdfs import KINDS
-from renderer.core.backend import Float, Vector2f, Vector3f
+from renderer.core.backend import Float, Vector2f
 from renderer.core.rows import Rows
 from renderer.scene.materials import RoughConductor, RoughDielectric
 from tests.stability.case import ULP, Case, mitsuba, relative
@@ -137,11 +137,12 @@ def weights(side):
 
 def quotient(record, wi, wo, weight):
     """Return the weight as Walter's equations have it: value over density, each by itself, in float32."""
-    alpha, wi, wo, eta, inverse = (np.asarray(part, np.float32) for part in glass_terms(record, wi, wo))
+    alpha, _, turned, _, inverse = (np.asarray(part, np.float32) for part in glass_terms(record, wi, wo))
     with np.errstate(all="ignore"):
-        gi, go = (2 / (ONE + np.sqrt(ONE + alpha**2 * (ONE - w[:, 2] ** 2) / w[:, 2] ** 2)) for w in (wi, wo))
+        cos2 = turned[:, 2] ** 2
+        go = 2 / (ONE + np.sqrt(ONE + alpha**2 * (ONE - cos2) / cos2))
         density = glass_textbook(record, wi, wo)
-        return density * go * np.where(wo[:, 2] > 0, ONE, inverse * inverse) / density
+        return density * go * np.where(turned[:, 2] > 0, ONE, inverse * inverse) / density
 
 
 def glass_terms(record, wi, wo):
@@ -167,7 +168,8 @@ def glass_exact(record, wi, wo):
     f = np.where(g > 0, ((cos_i - g) / (cos_i + g)) ** 2 + ((eta**2 * cos_i - g) / (eta**2 * cos_i + g)) ** 2, 2) / 2
     tan2 = (h[:, 0] ** 2 + h[:, 1] ** 2) / h[:, 2] ** 2
     d = (1 + tan2) ** 2 / (np.pi * alpha**2 * (1 + tan2 / alpha**2) ** 2)
-    pdf_sa = 2 * d / (wi[:, 2] + stretched(alpha, wi)) * cos_i * cos_o * (n / length) ** 2 * np.where(mirrored, f, 1 - f)
+    seen = 2 * d / (wi[:, 2] + stretched(alpha, wi)) * cos_i
+    pdf_sa = seen * cos_o * (n / length) ** 2 * np.where(mirrored, f, 1 - f)
     masking = 2 * np.abs(wo[:, 2]) / (np.abs(wo[:, 2]) + stretched(alpha, wo))
     sensitive = np.where(mirrored, 1 / np.sqrt(np.abs(g2)), 1 / cos_o**2)
     return pdf_sa, masking * np.where(mirrored, 1, inverse**2), 1 + 1 / cos_i + sensitive
