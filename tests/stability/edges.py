@@ -63,7 +63,7 @@ def truly_met():
 
 
 def exactly_met(middle, rim, o, d):
-    """Return the same of any fans and rays, (F, 3), (F, 12, 3) and (F, RAYS, 3) each, float32 numbers that are multiples of 2^-40."""
+    """Return the same of any fans and rays, (F, 3), (F, 12, 3) and (F, RAYS, 3) each, multiples of 2^-40."""
     d = _integers(d, 80)
     axis = [d[..., k, None] for k in range(3)]
 

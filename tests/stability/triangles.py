@@ -72,13 +72,14 @@ def inputs():
 def off_plane(met, t):
     """Return how far from the plane the points at distances t are, in roundoffs, where something is said to be met."""
     _, _, d, n, exact, distance, good = inputs()
-    error = np.abs(t - exact) * np.abs(probe.dot(n, d)) / (ULP * distance)
-    return error[good & met].astype(float)
+    d, n, exact, distance, t = (part[good & met] for part in (d, n, exact, distance, t))
+    return (np.abs(t - exact) * np.abs(probe.dot(n, d)) / (ULP * distance)).astype(float)
 
 
 def off_triangle(met, t):
     """Return how far from the triangle, its edges included, they are."""
     corners, o, d, _, _, distance, good = inputs()
+    corners, o, d, distance, t = (part[good & met] for part in (corners, o, d, distance, t))
     v, p = corners.astype(float), (o + t[:, None] * d.astype(probe.EXACT)).astype(float)
     best = np.full(len(p), np.inf)
     inside = np.ones(len(p), bool)
@@ -89,7 +90,7 @@ def off_triangle(met, t):
         best = np.minimum(best, np.linalg.norm(to - share[:, None] * edge, axis=1))
         inside &= (np.cross(edge, to) * n).sum(1) >= 0
     flat = np.abs(((p - v[:, 0]) * n).sum(1)) / np.linalg.norm(n, axis=1)
-    return (np.where(inside, flat, best) / (ULP * distance))[good & met]
+    return np.where(inside, flat, best) / (ULP * distance)
 
 
 @lru_cache(maxsize=1)
