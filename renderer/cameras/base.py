@@ -1,8 +1,8 @@
 """What a camera kind provides, the registry that finds it by its name in the scene file, and what the kinds share.
 
 The picture's x axis is unit(upVector x forward), its y axis runs down; the field of view is vertical. A direction
-through the picture is forward + rest + x * step_x + y * step_y, 1 along forward; the rest leads to the top left corner,
-and has what forward loses in float32. Small parts are summed first: pixels of narrow views are a few roundings wide.
+through the picture is forward + x * step_x + y * step_y, 1 along forward, with x and y in pixels from the middle. Small
+parts are summed first, with what forward loses in float32 among them: pixels of narrow views are a few roundings wide.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import drjit as dr
 from renderer.core.registry import Registry
 from renderer.core.vectors import cross, single, subtract, unit
 
-POSITION, FORWARD, REST, STEP_X, STEP_Y = 0, 3, 6, 9, 12  # columns of every record
-END = 15  # of the columns above; a kind's own follow
+POSITION, FORWARD, REST, STEP_X, STEP_Y, MIDDLE = 0, 3, 6, 9, 12, 15  # columns of every record
+END = 17  # of the columns above; a kind's own follow
 
 
 @dataclass(frozen=True)
@@ -46,18 +46,16 @@ def axes(camera):
 
 
 def pack_view(camera):
-    """Return position, direction forward, the rest up to the top left corner, and the steps of one pixel."""
+    """Return position, unit direction forward and its rest, the steps of one pixel, and the middle in pixels."""
     forward, right, up = axes(camera)
+    rest = [component - single(component) for component in forward]
     step = 2 * math.tan(math.radians(camera.fov) / 2) / camera.height
     step_x = [step * component for component in right]
     step_y = [-step * component for component in up]
-    rest = [
-        f - single(f) - 0.5 * camera.width * x - 0.5 * camera.height * y for f, x, y in zip(forward, step_x, step_y)
-    ]
-    return [*camera.position, *forward, *rest, *step_x, *step_y]
+    return [*camera.position, *forward, *rest, *step_x, *step_y, 0.5 * camera.width, 0.5 * camera.height]
 
 
 def direction(row, position):
     """Return the direction through `position`, as long as it takes to be 1 along forward."""
-    small = dr.fma(row.vector(STEP_X), position.x, row.vector(REST))
-    return row.vector(FORWARD) + dr.fma(row.vector(STEP_Y), position.y, small)
+    x, y = position.x - row[MIDDLE], position.y - row[MIDDLE + 1]
+    return row.vector(FORWARD) + dr.fma(row.vector(STEP_X), x, dr.fma(row.vector(STEP_Y), y, row.vector(REST)))

@@ -1,9 +1,9 @@
 """Camera rays.
 
 A picture of 8000 x 6000 pixels through a field of view of 0.1 degrees has pixels of five roundings of a direction's
-components. A view that is nearly parallel to `upVector` loses the picture's right in a cross product. Errors are angles
-between directions, in pixels or in radians, against double precision. Places are the corners of the picture, its middle
-and 50,000 others.
+components; of 170 degrees, sums that are a tenth of what is added. A view that is nearly parallel to `upVector` loses
+the picture's right in a cross product. Errors are angles between directions, in pixels or in radians, against double
+precision. Places are the corners of the picture, its middle and 50,000 others.
 """
 
 import dataclasses
@@ -20,6 +20,7 @@ from tests.stability.maps import MIDDLE, exact_disk
 WIDTH, HEIGHT = 8000, 6000
 VIEW = Camera(width=WIDTH, height=HEIGHT, position=(1.0, 2.0, -5.0), lookAt=(0.25, 0.5, 1.0),
               upVector=(0.25, 1.0, 0.125))  # fmt: skip
+WIDE = dataclasses.replace(VIEW, fov=170.0)
 NARROW = [dataclasses.replace(VIEW, fov=0.1, lookAt=tuple(map(float, place)))
           for place in np.random.default_rng(5).normal(size=(12, 3)).astype(np.float32)]  # fmt: skip
 LENS = dataclasses.replace(VIEW, type="thinlens", fov=50.0, position=(1e6, -1e6, 1e6),
@@ -138,6 +139,10 @@ CASES = (
     Case("pixels of a field of view of 0.1 degrees", "pixels", 2 * 3**0.5 * 0.5 * ULP / PIXEL,
          "sum and normalisation round each of three components by half of 2^-24", errors(NARROW, ours, PIXEL),
          errors(NARROW, from_corner, PIXEL), "steps from the picture's corner", errors(NARROW, mitsubas, PIXEL)),
+    Case("directions of a field of view of 170 degrees", "radians", 4 * ULP,
+         "steps, two products, the sum and normalisation round once each, and not all along one direction",
+         errors([WIDE], ours), errors([WIDE], from_corner), "steps from the picture's corner",
+         errors([WIDE], mitsubas)),
     Case("views 1e-3 to 1e-7 from straight up", "radians", 3 * ULP, "as other views; axes are made in double precision",
          errors([*map(steep, STEEP)], ours), errors([*map(steep, STEEP)], from_corner), "axes in float32",
          errors([*map(steep, STEEP[:3])], mitsubas), "asked down to 1e-5; nearer, it refuses its own matrix"),
