@@ -49,33 +49,50 @@ SHEETS = {
     "disk": lambda place, at: stage.placed("disk", place, center=at, normal=stage.TURN[2], radius=1),
     "mesh": _triangle,
 }
+# of these, a pair: one below the origin and one above, whose surfaces are a gap apart there
+SOLIDS = {
+    "sphere": lambda place, n, gap: [
+        stage.placed("sphere", place, center=side * (1 + gap / 2) * n + gap / 2 * n, radius=1) for side in (-1, 1)],
+    "box": lambda place, n, gap: [stage.placed("box", place, min=[-1, -1, -1], max=[1, 0, 1]),
+                                  stage.placed("box", place, min=[-1, gap, -1], max=[1, 1, 1])],
+}
+WIDE = {"sphere": 1e-3}  # how far from the middle points are, in sizes; others 0.2
+
+
+def axes_of(kind):
+    """Return the axes of a pair, of which the last leads from the lower to the upper one."""
+    return np.eye(3)[[2, 0, 1]] if kind == "box" else stage.TURN
 
 
 @lru_cache(maxsize=64)
 def pair(kind, place):
-    """Return the shapes (lower, upper), their Geometry, and hits and surfaces of the lower one, seen from below."""
-    normal = stage.TURN[2]
-    shapes = SHEETS[kind](place, 0 * normal), SHEETS[kind](place, gap(place) * normal)
+    """Return the shapes (lower, upper), their Geometry, and rays at the lower one from below, with what they meet."""
+    axes = axes_of(kind)
+    normal = axes[2]
+    if kind in SOLIDS:
+        shapes = tuple(SOLIDS[kind](place, normal, gap(place)))
+    else:
+        shapes = SHEETS[kind](place, 0 * normal), SHEETS[kind](place, gap(place) * normal)
     if kind == "mesh":
         shapes = np.array([[shape.v0, shape.v1, shape.v2] for shape in shapes])
     geometry = stage.mesh(shapes) if kind == "mesh" else stage.scene(*shapes)
     rng = np.random.default_rng(31)
-    at = rng.uniform(-0.2, 0.2, (RAYS, 2)) @ stage.TURN[:2]
-    o = np.float32(around(place, at - 2 * normal + 0.5 * rng.normal(size=at.shape)))
+    at = rng.uniform(-1, 1, (RAYS, 2)) * WIDE.get(kind, 0.2) @ axes[:2]
+    o = np.float32(around(place, at - 0.5 * normal + 0.1 * rng.normal(size=at.shape)))
     d = probe.unit(around(place, at) - o)
     return shapes, geometry, (o, d), *stage.seen(geometry, o, d)
 
 
-def _upwards():
-    """Return directions that reach the upper surface within a tenth of a size."""
+def _upwards(kind):
+    """Return directions that reach the upper surface within twenty gaps."""
     rng = np.random.default_rng(32)
-    n = np.tile(stage.TURN[2], (RAYS, 1))
+    n = np.tile(axes_of(kind)[2], (RAYS, 1))
     return probe.unit(stage.hemisphere(n, rng).astype(float) + 0.05 * n)
 
 
 def pairs():
     """Return the arguments of `pair`."""
-    return [(kind, place) for kind in SHEETS for place in stage.PLACES]
+    return [(kind, place) for kind in (*SHEETS, *SOLIDS) for place in stage.PLACES]
 
 
 def unseen(rays):
@@ -84,7 +101,7 @@ def unseen(rays):
     for kind, place in pairs():
         _, geometry, _, hit, surface = pair(kind, place)
         lower = hit.index.numpy() == 0
-        for found in stage.blocked(geometry, rays(hit, surface, _upwards()), stage.PLACES[place][0]):
+        for found in stage.blocked(geometry, rays(hit, surface, _upwards(kind)), stage.PLACES[place][0]):
             wrong.append(~found | ~lower)
     return np.concatenate(wrong)
 
@@ -95,7 +112,7 @@ def unseen_mitsuba():
     for kind, place in pairs():
         shapes, _, (o, d), _, _ = pair(kind, place)
         scene, found = stage.theirs(shapes, o, d)
-        ray = found.spawn_ray(stage.vector(mi, _upwards()))
+        ray = found.spawn_ray(stage.vector(mi, _upwards(kind)))
         ray.maxt = mi.Float(stage.PLACES[place][0])
         wrong.append(~scene.ray_test(ray).numpy())
     return np.concatenate(wrong)
@@ -190,7 +207,7 @@ def lit_mitsuba():
 
 
 CASES = (
-    Case("two sheets 1e-5 of their size apart see each other", "share", 0,
+    Case("two surfaces 1e-5 of their size apart see each other", "share", 0,
          "farther than a ray starts off its surface, and than rounding can put it off the other",
          lambda: unseen(stage.ours), lambda: unseen(stage.by_epsilon), "start 1e-4 along the way", unseen_mitsuba),
     Case("no light under a box on a floor, nor through its edge", "share", 0,
