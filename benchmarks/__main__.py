@@ -28,10 +28,14 @@ BENCHMARKS = {
     "against_mitsuba": "intersection and shadow tests beside Mitsuba's, same rays, same scenes",
     "structures": "hierarchy, grid and no structure on the same scenes, and from how many shapes on one pays",
     "paths": "path tracing beside Mitsuba: speed, and error at equal time",
+    "error": "path tracing beside Mitsuba: error against time at rising numbers of samples, with plots",
     "meshes": "triangle meshes beside Mitsuba's Embree: rays, building, memory, diffuse paths",
+    "needs": "what a scene's kernel contains, and what it would cost with everything in it",
 }
-NEED_MITSUBA = ("against_mitsuba", "paths", "meshes")  # all of them have ratios against it
-WITH_SCENES = {}  # {benchmark: module with its SCENES}, of those of which single scenes can be measured
+NEED_MITSUBA = ("against_mitsuba", "paths", "error", "meshes")  # all of them have ratios against it
+WITH_SCENES = {  # modules with SCENES, which import no Dr.Jit, of the benchmarks of which single scenes can be measured
+    "paths": "benchmarks.path_scenes", "error": "benchmarks.error_scenes", "needs": "benchmarks.needs_scenes",
+}
 PLOTTED = "error"  # the benchmark that plots are made of
 LARGEST_MESH = 10_000_000  # triangles: the soup of so many takes 4.3 GB with Embree alone
 BAD_INPUT, FAILED = 2, 1
@@ -108,10 +112,10 @@ def _parser():
                         "documents, and say when they were taken")
     parser.add_argument("--quick", action="store_true", help="small pictures and few repeats: does it work?")
     parser.add_argument("--scene", action="append", default=[], metavar="NAME",
-                        help=f"only this scene of a benchmark that has some ({', '.join(WITH_SCENES)}); may be repeated")
+                        help=f"only this scene of a benchmark that has some ({', '.join(WITH_SCENES)}); repeatable")
     parser.add_argument("--check", action="store_true",
-                        help="compare ratios against Mitsuba with those of benchmarks/results.json, write nothing, and end "
-                        f"with status 1 if one fell (default: of {', '.join(NEED_MITSUBA)})")
+                        help="compare ratios against Mitsuba with those of benchmarks/results.json, write nothing, and "
+                        f"end with status 1 if one fell (default: of {', '.join(NEED_MITSUBA)})")
     parser.add_argument("--measured", type=Path, metavar="FILE",
                         help="with --check: compare these results, which --json wrote, instead of measuring")
     parser.add_argument("--triangles", type=int, metavar="N",

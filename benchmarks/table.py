@@ -36,6 +36,8 @@ def updated(results, names):
     """Return the committed results with those of some benchmarks in the place of theirs, in the order of `names`."""
     committed = json.loads(RESULTS.read_text())
     measured = {key: results["machine"][key] for key in ("date", "commit", "load_before")}
+    fewer = results["effort"]["repeats"] < committed["effort"]["repeats"] or results["effort"].get("scenes")
+    measured |= {"short": True} if fewer else {}
     found = {name: one | {"measured": measured} for name, one in results["benchmarks"].items()}
     found = committed["benchmarks"] | found
     return committed | {"benchmarks": {name: found[name] for name in names if name in found}}
@@ -54,7 +56,8 @@ def machine(results):
         if "measured" in found:
             other = found["measured"]
             told += (f" `{name}` was measured on {other['date']}, commit {other['commit']}, with "
-                     f"{other['load_before']} processes running when it began.")
+                     f"{other['load_before']} processes running when it began"
+                     + (", in a short run of some scenes." if other.get("short") else "."))
     if m["load_before"] > QUIET_LOAD:
         told += f" **The machine was not quiet**: {m['load_before']} processes ran when the measurements began."
     return told

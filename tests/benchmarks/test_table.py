@@ -78,6 +78,17 @@ def test_update_replaces_what_was_measured_and_says_when(results, tmp_path, monk
     assert "`whole_process` was measured on 2026-02-03, commit def" in table.machine(merged)
 
 
+@pytest.mark.parametrize("changes, short", [
+    ({}, False), ({"repeats": 2}, True), ({"scenes": ["one"]}, True), ({"scenes": []}, False),
+])  # fmt: skip
+def test_short_run_says_that_it_was_one(results, tmp_path, monkeypatch, changes, short):
+    """It stands in for a full one, and must not pass for it."""
+    monkeypatch.setattr(table, "RESULTS", tmp_path / "results.json")
+    table.RESULTS.write_text(json.dumps(results))
+    merged = table.updated(results | {"effort": EFFORT | changes}, ["whole_process"])
+    assert ("in a short run" in table.machine(merged)) == short
+
+
 def test_block_that_does_not_exist_is_an_error(results):
     """A misspelt name must not leave old numbers in place."""
     with pytest.raises(KeyError):
