@@ -59,6 +59,14 @@ Vector2f = _types.Array2f
 Vector3f = _types.Array3f
 
 
+def new_scope():
+    """Let what follows be ordered in its kernel as if nothing had been recorded before.
+
+    Kernels place literals by when these were first used; recorded again without this, the same kernel may not be found.
+    """
+    dr.detail.new_scope(dr.JitBackend.LLVM if NAME == "llvm" else dr.JitBackend.CUDA)
+
+
 def from_host(kind, host):
     """Return a contiguous numpy array as an evaluated, aligned one of the type `kind`.
 

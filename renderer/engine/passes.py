@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import drjit as dr
 
-from renderer.core.backend import NAME, Float64, UInt32
+from renderer.core.backend import NAME, Float64, UInt32, new_scope
 from renderer.engine.filters import Box
 from renderer.engine.film import Film, is_finite, joined, relative_error
 from renderer.engine.loop import follow_sample, pixel_corner, sample_pixels, sample_tiles
@@ -75,6 +75,7 @@ class View:
 
     def expose(self, film, first, end, pixel=0):
         """Return the film with the samples from `first` up to `end`, not evaluated yet; its lanes begin at `pixel`."""
+        new_scope()  # so that all passes have the kernel of the first
         inputs, count = self._inputs(), len(film.lost)
         how = dr.opaque(UInt32, first), dr.opaque(UInt32, end), self.centred, self.pixel_filter
         if self.integrator.uneven and film.rest is not None:

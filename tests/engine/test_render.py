@@ -10,7 +10,7 @@ from renderer.engine import passes
 from renderer.engine import render as engine
 from renderer.engine.loop import pixel_corner
 from renderer.engine.render import render, replay
-from renderer.scene.loader import override
+from renderer.scene.loader import load, override
 from tests.support.scenes import MATT, SHAPES, loaded, point_light
 
 MIRROR = MATT | {"isreflective": True, "reflectivity": 0.6}
@@ -94,14 +94,14 @@ def test_hundreds_of_shapes_render(tmp_path):
     assert np.array_equal(columns_seen[0], np.arange(20)) and np.array_equal(rows_seen[:, 0], np.arange(20))
 
 
-def kernels(scene, monkeypatch):
-    """Return the hashes of the kernels that a render launches."""
+def kernels(scene, monkeypatch, least=0):
+    """Return the hashes of the kernels that a render launches, of those with at least so many operations."""
     seen = []
     read = dr.kernel_history
     monkeypatch.setattr(engine.dr, "kernel_history", lambda: seen.extend(read()) or seen)
     render(scene)
     monkeypatch.undo()
-    return {kernel["hash"] for kernel in seen if "hash" in kernel}
+    return {kernel["hash"] for kernel in seen if "hash" in kernel and kernel["operation_count"] >= least}
 
 
 def edited(tmp_path, monkeypatch, change):
@@ -126,6 +126,14 @@ STRUCTURE = {
     "a light more": lambda ball, camera, lights: lights.append(point_light([0, 1, 0])),
     "another shape": lambda ball, camera, lights: (ball.clear(), ball.update(SHAPES["box"][0])),
 }
+
+
+@pytest.mark.parametrize("name", ["scene", "cornell", "soft_shadows"])
+def test_all_passes_of_a_scene_run_one_kernel(root, monkeypatch, name):
+    """Also the first, whose operations must come in the order of the others'."""
+    monkeypatch.setattr("renderer.engine.passes.PART_PIXELS", 300)
+    scene = override(load(root / f"scenes/{name}.json"), width=32, height=20, samples=40)
+    assert len(kernels(scene, monkeypatch, least=100)) == 1
 
 
 @pytest.mark.parametrize("change", VALUES.values(), ids=VALUES)
