@@ -71,9 +71,15 @@ def _table(cases):
 
 
 def _notes(cases):
-    """Return what each bound comes from, which naive formula was taken, and what is to say of Mitsuba."""
-    return "\n".join(f"- *{case.name}*: {case.because}. Naive: {case.naive_name}."
-                     + (f" Mitsuba: {case.remark}." if case.remark else "") for case in cases)
+    """Return what each bound comes from, which naive formula was taken, and what is to say of Mitsuba.
+
+    Cases of which the same is to be said share a line.
+    """
+    named = {}
+    for case in cases:
+        said = f"{case.because}. Naive: {case.naive_name}." + (f" Mitsuba: {case.remark}." if case.remark else "")
+        named.setdefault(said, []).append(f"*{case.name}*")
+    return "\n".join(f"- {'; '.join(names)}: {said}" for said, names in named.items())
 
 
 def _errors(found):
