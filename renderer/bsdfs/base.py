@@ -22,6 +22,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import drjit as dr
+
 from renderer.core.backend import Bool, Float, Vector3f
 from renderer.core.registry import Registry
 
@@ -54,3 +56,25 @@ class BsdfKind:
 
 KINDS = Registry()
 register = KINDS.register
+BLACK = (0.0, 0.0, 0.0)
+
+
+def constant(colour):
+    """Return a colour of the description, black where a texture gives it; host."""
+    return colour if isinstance(colour, tuple) else BLACK
+
+
+def turned(w, wi):
+    """Return a local direction in the frame that is turned to wi."""
+    return Vector3f(w.x, w.y, dr.select(wi.z < 0, -w.z, w.z))
+
+
+def nothing(p, wi, wo, has):
+    """Return value and density, as `evaluate` does, of a kind all of whose directions are delta."""
+    return Vector3f(0), Float(0)
+
+
+def seen_from(wi, eta, inverse):
+    """Return the index behind the surface over the one where wi is, and its inverse, of those seen from outside."""
+    outside = wi.z > 0
+    return dr.select(outside, eta, inverse), dr.select(outside, inverse, eta)

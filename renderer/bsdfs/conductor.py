@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-from renderer.bsdfs.base import BsdfKind, BsdfSample, register
+from renderer.bsdfs.base import BsdfKind, BsdfSample, constant, nothing, register
 from renderer.core.backend import Float, Vector3f
 from renderer.core.fresnel import conductor, conductor_terms
 
@@ -11,9 +11,8 @@ REFLECTANCE, DIFFERENCE, PRODUCT = 0, 3, 6  # the factor, and the terms of the i
 
 def pack(bsdf, outside):
     """Return the factor, black where a texture gives it, and the terms of the index relative to the outside."""
-    factor = [*bsdf.reflectance] if isinstance(bsdf.reflectance, tuple) else [0.0, 0.0, 0.0]
     terms = [conductor_terms(eta / outside, k / outside) for eta, k in zip(bsdf.eta, bsdf.k)]
-    return [*factor, *(difference for difference, _ in terms), *(product for _, product in terms)]
+    return [*constant(bsdf.reflectance), *(difference for difference, _ in terms), *(product for _, product in terms)]
 
 
 def sample(p, wi, u, u2, has):
@@ -23,16 +22,11 @@ def sample(p, wi, u, u2, has):
     return BsdfSample(Vector3f(-wi.x, -wi.y, wi.z), dr.select(valid, weight, 0), Float(0), valid, Float(1))
 
 
-def evaluate(p, wi, wo, has):
-    """Return zeros: the only direction is delta."""
-    return Vector3f(0), Float(0)
-
-
 def albedo(p):
     """Return the reflectance at normal incidence."""
     return p.vector(REFLECTANCE) * conductor(Float(1), p.vector(DIFFERENCE), p.vector(PRODUCT))
 
 
 register(BsdfKind(
-    "conductor", pack, sample, evaluate, albedo, smooth=lambda bsdf: False, textured={"reflectance": (REFLECTANCE, 3)}
+    "conductor", pack, sample, nothing, albedo, smooth=lambda bsdf: False, textured={"reflectance": (REFLECTANCE, 3)}
 ))  # fmt: skip

@@ -13,7 +13,7 @@ import math
 import drjit as dr
 
 from renderer.bsdfs import microfacet
-from renderer.bsdfs.base import BsdfKind, BsdfSample, register
+from renderer.bsdfs.base import BsdfKind, BsdfSample, register, turned
 from renderer.core.backend import Bool, Float, Vector3f
 from renderer.core.elementary import exp2, exp2_both, log2, log2_below_1, sincos_turns
 from renderer.core.fresnel import dielectric
@@ -70,18 +70,18 @@ def smooth(material):
 
 def sample(p, wi, u, u2, has):
     """Return a direction of one of the parts; the density is that of all parts that are not delta."""
-    turned = _turned(wi, wi)
+    front = turned(wi, wi)
     if not {DIFFUSE, HIGHLIGHT, BLURRED}.intersection(has):
         ideal = _delta(p, wi, u, has)
-        ideal.delta = (turned.z > 0) & (u < p[RHO])
+        ideal.delta = (front.z > 0) & (u < p[RHO])
         ideal.weight = dr.select(ideal.delta, ideal.weight, 0)
         return ideal
-    wo, lobe = _not_delta(p, turned, u, u2, has)
+    wo, lobe = _not_delta(p, front, u, u2, has)
     delta = Bool(False)
-    value, pdf_sa = _evaluate(p, turned, wo, lobe, has)
-    valid = (turned.z > 0) & (wo.z > 0) & (pdf_sa > 0)
+    value, pdf_sa = _evaluate(p, front, wo, lobe, has)
+    valid = (front.z > 0) & (wo.z > 0) & (pdf_sa > 0)
     weight, eta = value * dr.rcp(dr.select(valid, pdf_sa, 1)), Float(1)
-    wo = _turned(wo, wi)
+    wo = turned(wo, wi)
     if MIRROR in has or GLASS in has:
         delta = u < p[RHO]
         if BLURRED in has:
@@ -89,13 +89,13 @@ def sample(p, wi, u, u2, has):
         ideal = _delta(p, wi, u, has)
         wo, eta = dr.select(delta, ideal.wo, wo), dr.select(delta, ideal.eta, eta)
         weight, pdf_sa = dr.select(delta, ideal.weight, weight), dr.select(delta, 0, pdf_sa)
-        valid = dr.select(delta, turned.z > 0, valid)
+        valid = dr.select(delta, front.z > 0, valid)
     return BsdfSample(wo, dr.select(valid, weight, 0), dr.select(valid, pdf_sa, 0), delta & valid, eta)
 
 
 def evaluate(p, wi, wo, has):
     """Return value and density of all parts that are not delta; 0 unless both directions are on the same side."""
-    wo, wi = _turned(wo, wi), _turned(wi, wi)
+    wo, wi = turned(wo, wi), turned(wi, wi)
     value, pdf_sa = _evaluate(p, wi, wo, _lobe(p, wi, wo) if HIGHLIGHT in has else None, has)
     valid = (wi.z > 0) & (wo.z > 0)
     return dr.select(valid, value, 0), dr.select(valid, pdf_sa, 0)
@@ -121,11 +121,6 @@ def _brightest(material):
     if material.texture is None:
         return max(material.diffusecolor)
     return 1.0 if isinstance(material.texture, str) else max(*material.texture.color1, *material.texture.color2)
-
-
-def _turned(w, wi):
-    """Return w in the frame that is turned to wi."""
-    return Vector3f(w.x, w.y, dr.select(wi.z < 0, -w.z, w.z))
 
 
 def _lobe(p, wi, wo):

@@ -5,7 +5,7 @@ Radiance that enters a medium of index eta is 1 / eta^2 of what it is behind it,
 
 import drjit as dr
 
-from renderer.bsdfs.base import BsdfKind, BsdfSample, register
+from renderer.bsdfs.base import BsdfKind, BsdfSample, nothing, register, seen_from
 from renderer.core.backend import Float, Vector3f
 from renderer.core.fresnel import dielectric
 
@@ -27,8 +27,7 @@ def features(bsdf):
 
 def sample(p, wi, u, u2, has):
     """Return the mirrored or refracted direction."""
-    outside, cos_i = wi.z > 0, abs(wi.z)
-    eta, inverse = dr.select(outside, p[ETA], p[INVERSE]), dr.select(outside, p[INVERSE], p[ETA])
+    outside, cos_i, (eta, inverse) = wi.z > 0, abs(wi.z), seen_from(wi, p[ETA], p[INVERSE])
     reflectance, cos_t = dielectric(cos_i, eta)
     mirrored = u < reflectance
     scale = dr.select(mirrored, -1, -inverse)
@@ -40,16 +39,11 @@ def sample(p, wi, u, u2, has):
     return BsdfSample(wo, dr.select(valid, Vector3f(weight), 0), Float(0), valid, dr.select(mirrored, 1, eta))
 
 
-def evaluate(p, wi, wo, has):
-    """Return zeros: the only directions are delta."""
-    return Vector3f(0), Float(0)
-
-
 def albedo(p):
     """Return the factor of what is refracted."""
     return p.vector(TRANSMITTANCE)
 
 
 register(BsdfKind(
-    "dielectric", pack, sample, evaluate, albedo, features, smooth=lambda bsdf: False, transmits=True
+    "dielectric", pack, sample, nothing, albedo, features, smooth=lambda bsdf: False, transmits=True
 ))  # fmt: skip

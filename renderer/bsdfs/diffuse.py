@@ -4,7 +4,7 @@ import math
 
 import drjit as dr
 
-from renderer.bsdfs.base import BsdfKind, BsdfSample, register
+from renderer.bsdfs.base import BsdfKind, BsdfSample, constant, register
 from renderer.core.backend import Bool, Float, Vector3f
 from renderer.core.numeric import greater
 from renderer.core.warp import cosine_hemisphere_pdf_sa, square_to_cosine_hemisphere
@@ -14,7 +14,7 @@ REFLECTANCE = 0
 
 def pack(bsdf, outside):
     """Return the reflectance, black where a texture gives it."""
-    return [*bsdf.reflectance] if isinstance(bsdf.reflectance, tuple) else [0.0, 0.0, 0.0]
+    return [*constant(bsdf.reflectance)]
 
 
 def sample(p, wi, u, u2, has):

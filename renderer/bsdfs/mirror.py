@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-from renderer.bsdfs.base import BsdfKind, BsdfSample, register
+from renderer.bsdfs.base import BsdfKind, BsdfSample, constant, nothing, register
 from renderer.core.backend import Float, Vector3f
 
 REFLECTANCE = 0
@@ -10,7 +10,7 @@ REFLECTANCE = 0
 
 def pack(bsdf, outside):
     """Return the reflectance, black where a texture gives it."""
-    return [*bsdf.reflectance] if isinstance(bsdf.reflectance, tuple) else [0.0, 0.0, 0.0]
+    return [*constant(bsdf.reflectance)]
 
 
 def sample(p, wi, u, u2, has):
@@ -20,16 +20,11 @@ def sample(p, wi, u, u2, has):
     return BsdfSample(Vector3f(-wi.x, -wi.y, wi.z), weight, Float(0), valid, Float(1))
 
 
-def evaluate(p, wi, wo, has):
-    """Return zeros: the only direction is delta."""
-    return Vector3f(0), Float(0)
-
-
 def albedo(p):
     """Return the reflectance."""
     return p.vector(REFLECTANCE)
 
 
 register(BsdfKind(
-    "mirror", pack, sample, evaluate, albedo, smooth=lambda bsdf: False, textured={"reflectance": (REFLECTANCE, 3)}
+    "mirror", pack, sample, nothing, albedo, smooth=lambda bsdf: False, textured={"reflectance": (REFLECTANCE, 3)}
 ))  # fmt: skip

@@ -11,7 +11,7 @@ import math
 
 import drjit as dr
 
-from renderer.bsdfs.base import BsdfKind, BsdfSample, register
+from renderer.bsdfs.base import BsdfKind, BsdfSample, constant, register
 from renderer.core.backend import Float, Vector3f
 from renderer.core.fresnel import dielectric, diffuse_reflectance
 from renderer.core.numeric import greater
@@ -26,12 +26,11 @@ LEAST_MEAN = 1e-3  # what black counts, so that some part can be picked at any i
 
 def pack(bsdf, outside):
     """Return reflectance, black where a texture gives it, index relative to the outside, and what follows from them."""
-    constant = isinstance(bsdf.reflectance, tuple)
-    mean = max(LEAST_MEAN, sum(bsdf.reflectance) / 3) if constant else TEXTURE_MEAN
+    colour = bsdf.reflectance
+    mean = max(LEAST_MEAN, sum(colour) / 3) if isinstance(colour, tuple) else TEXTURE_MEAN
     eta, coat, base = bsdf.ior / outside, 1 / (1 + mean), mean / (1 + mean)
     scale = 1 / (math.pi * (1 - diffuse_reflectance(eta)))
-    colour = bsdf.reflectance if constant else (0.0, 0.0, 0.0)
-    return [*colour, eta, scale, coat, base, 1 / coat, scale * math.pi / base]
+    return [*constant(colour), eta, scale, coat, base, 1 / coat, scale * math.pi / base]
 
 
 def sample(p, wi, u, u2, has):

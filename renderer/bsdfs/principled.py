@@ -11,7 +11,7 @@ import math
 import drjit as dr
 
 from renderer.bsdfs import microfacet
-from renderer.bsdfs.base import BsdfKind, BsdfSample, register
+from renderer.bsdfs.base import BsdfKind, BsdfSample, constant, register
 from renderer.core.backend import Bool, Float, Vector3f
 from renderer.core.elementary import exp2, log2, sincos_turns
 from renderer.core.fresnel import dielectric
@@ -34,7 +34,7 @@ def pack(bsdf, outside):
     eta = 2 / (1 - math.sqrt(0.08 * b.specular)) - 1
     low, high = COAT_ALPHAS
     return [
-        *(b.basecolor if isinstance(b.basecolor, tuple) else (0.0, 0.0, 0.0)), given(b.roughness), given(b.metallic),
+        *constant(b.basecolor), given(b.roughness), given(b.metallic),
         eta, b.speculartint, ((eta - 1) / (eta + 1)) ** 2, math.sqrt(1 - 0.9 * b.anisotropic),
         b.sheen, b.sheentint, b.clearcoat, low + (high - low) * b.clearcoatgloss,
     ]  # fmt: skip

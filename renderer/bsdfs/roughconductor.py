@@ -7,7 +7,7 @@ Light that is reflected twice on the microfacets is lost. An alpha below ALPHA_M
 import drjit as dr
 
 from renderer.bsdfs import microfacet
-from renderer.bsdfs.base import BsdfKind, BsdfSample, register
+from renderer.bsdfs.base import BsdfKind, BsdfSample, constant, nothing, register
 from renderer.core.backend import Bool, Float, Vector3f
 from renderer.core.fresnel import conductor, conductor_terms
 from renderer.core.numeric import TINY
@@ -17,10 +17,9 @@ REFLECTANCE, DIFFERENCE, PRODUCT, ALPHA = 0, 3, 6, 9  # the factor, and the term
 
 def pack(bsdf, outside):
     """Return the factor, black where a texture gives it, the terms of the index, and the distribution."""
-    factor = [*bsdf.reflectance] if isinstance(bsdf.reflectance, tuple) else [0.0, 0.0, 0.0]
     terms = [conductor_terms(eta / outside, k / outside) for eta, k in zip(bsdf.eta, bsdf.k)]
     differences, products = zip(*terms)
-    return [*factor, *differences, *products, *microfacet.pack(bsdf)]
+    return [*constant(bsdf.reflectance), *differences, *products, *microfacet.pack(bsdf)]
 
 
 def sample(p, wi, u, u2, has):
@@ -48,7 +47,7 @@ def sample(p, wi, u, u2, has):
 def evaluate(p, wi, wo, has):
     """Return F D G / (4 wi.z) and D G1(wi) / (4 wi.z)."""
     if not microfacet.rough(has):
-        return Vector3f(0), Float(0)
+        return nothing(p, wi, wo, has)
     distribution, h = microfacet.distribution(p, ALPHA, has), wi + wo
     valid = (wi.z > 0) & (wo.z > 0)
     is_smooth = microfacet.smooth_lanes(p, ALPHA, has)

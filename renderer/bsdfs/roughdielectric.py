@@ -10,7 +10,7 @@ An alpha below ALPHA_MIN that is no texture gives `dielectric`.
 import drjit as dr
 
 from renderer.bsdfs import microfacet
-from renderer.bsdfs.base import BsdfKind, BsdfSample, register
+from renderer.bsdfs.base import BsdfKind, BsdfSample, nothing, register, seen_from, turned
 from renderer.core.backend import Bool, Float, Vector3f
 from renderer.core.fresnel import dielectric
 from renderer.core.numeric import TINY
@@ -38,8 +38,8 @@ def features(bsdf):
 
 def sample(p, wi, u, u2, has):
     """Return a reflection or refraction at a normal that wi sees; of smooth lanes, at the surface's own normal."""
-    front = _front(wi, wi)
-    eta, inverse = _indices(p, wi)
+    front = turned(wi, wi)
+    eta, inverse = seen_from(wi, p[ETA], p[INVERSE])
     is_rough, is_smooth = microfacet.rough(has), microfacet.smooth_lanes(p, ALPHA, has)
     h = microfacet.distribution(p, ALPHA, has).sample(front, u2) if is_rough else Vector3f(0, 0, 1)
     if is_rough:
@@ -62,16 +62,16 @@ def sample(p, wi, u, u2, has):
         weight = share
     if TINTED in has:
         weight = weight * dr.select(mirrored, p.vector(REFLECTANCE), p.vector(TRANSMITTANCE))
-    return BsdfSample(_front(wo, wi), dr.select(valid, Vector3f(weight), 0), dr.select(valid, pdf_sa, 0),
+    return BsdfSample(turned(wo, wi), dr.select(valid, Vector3f(weight), 0), dr.select(valid, pdf_sa, 0),
                       valid & Bool(is_smooth), dr.select(mirrored, 1, eta))  # fmt: skip
 
 
 def evaluate(p, wi, wo, has):
     """Return value and density of reflection or refraction, by the sides of the directions."""
     if not microfacet.rough(has):
-        return Vector3f(0), Float(0)
-    wo, (eta, inverse) = _front(wo, wi), _indices(p, wi)
-    value, pdf_sa = _evaluate(p, _front(wi, wi), wo, eta, inverse, has)
+        return nothing(p, wi, wo, has)
+    wo, (eta, inverse) = turned(wo, wi), seen_from(wi, p[ETA], p[INVERSE])
+    value, pdf_sa = _evaluate(p, turned(wi, wi), wo, eta, inverse, has)
     is_smooth = microfacet.smooth_lanes(p, ALPHA, has)
     if is_smooth is not False:
         value, pdf_sa = dr.select(is_smooth, 0, value), dr.select(is_smooth, 0, pdf_sa)
@@ -83,17 +83,6 @@ def evaluate(p, wi, wo, has):
 def albedo(p):
     """Return the factor of what is refracted."""
     return p.vector(TRANSMITTANCE)
-
-
-def _front(w, wi):
-    """Return w in the frame that is turned to wi."""
-    return Vector3f(w.x, w.y, dr.select(wi.z < 0, -w.z, w.z))
-
-
-def _indices(p, wi):
-    """Return the index behind the surface over the one where wi is, and its inverse."""
-    outside = wi.z > 0
-    return dr.select(outside, p[ETA], p[INVERSE]), dr.select(outside, p[INVERSE], p[ETA])
 
 
 def _evaluate(p, wi, wo, eta, inverse, has):
