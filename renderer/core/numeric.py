@@ -9,7 +9,7 @@ import drjit as dr
 from renderer.core.backend import Float
 
 EPSILON = 2.0**-24  # unit roundoff of float32
-FAR = 1e30  # scene units: no hit; its square stays finite in float32
+FAR = 1e30  # scene units: no hit, and finite; its square is not
 TINY = 1e-30  # below every meaningful direction component; its reciprocal is FAR
 LEAST_NORMAL = 2.0**-126  # float32's; what is smaller, Dr.Jit's threads take for 0
 EDGE_TOLERANCE = 2.0**-20  # barycentric; neighbours overlap by 16 roundoffs so that no ray slips through their edge
