@@ -58,7 +58,7 @@ class Contender:
 def measure(effort):
     """Return the curves of all contenders on all scenes, what came before rendering, and ratios at equal error."""
     quick = effort.samples < FULL.samples
-    wanted = getattr(effort, "scenes", ()) or (error_scenes.QUICK_SCENES if quick else SCENES)
+    wanted = effort.scenes or (error_scenes.QUICK_SCENES if quick else SCENES)
     names = [name for name in SCENES if name in wanted]
     if not names:
         raise BenchmarkError(f"no scene is named {' or '.join(wanted)} (there are: {', '.join(SCENES)})")

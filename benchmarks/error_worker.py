@@ -41,30 +41,17 @@ class Ours:
 
     def __init__(self, path):
         start = time.perf_counter()
-        from renderer.engine import render  # noqa: F401 (everything that a render imports)
-        from renderer.scene import loader, paths  # noqa: F401
-
-        self.imported = time.perf_counter() - start
-        self._description = (loaded := loader.load(path)).description
-        start = time.perf_counter()
-        self._view = self._built(loaded)
-        self.built = time.perf_counter() - start
-
-    @staticmethod
-    def _built(loaded):
-        """Return the View of a scene, as `render` makes it, for as many pictures as are asked for."""
         import drjit as dr
 
-        from renderer.engine.render import AUTO, FILTERS, SAMPLERS, View, compile_camera, integrator_of
-        from renderer.scene.paths import compile_paths
+        from renderer.engine.render import set_up
+        from renderer.scene import loader, paths  # noqa: F401 (everything that a render imports)
 
-        description = loaded.description
-        camera = description.camera
-        integrator = integrator_of(description.rendermode)(compile_paths(loaded, AUTO), description.nbounces)
-        view = View(integrator, compile_camera(camera), SAMPLERS[description.sampler], camera.width, camera.height,
-                    pixel_filter=FILTERS[description.filter]())
+        self.imported = time.perf_counter() - start
+        loaded = loader.load(path)
+        start = time.perf_counter()
+        _, self._view = set_up(loaded)
         dr.sync_thread()
-        return view
+        self.built = time.perf_counter() - start
 
     def render(self, sampler, samples, seed):
         """Return the Shot; `sampler` None is the scene's own. Raises RuntimeError where samples were not finite."""

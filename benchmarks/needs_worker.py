@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import drjit as dr
 import numpy as np
 
-from renderer.engine.filters import FILTERS
-from renderer.engine.passes import Until, View, refine
-from renderer.integrators import integrator_of
-from renderer.samplers import KINDS as SAMPLERS
+from renderer.engine.passes import Until, refine
+from renderer.engine.render import set_up
 from renderer.scene import loader
 from renderer.scene.schema import PATHTRACER
-from renderer.scene.tables import compile_camera, compile_scene
 
 
 class Picture:
@@ -27,19 +25,11 @@ class Picture:
 
     def __init__(self, loaded):
         self.description = loaded.description
-        if self.description.rendermode == PATHTRACER:
-            from renderer.scene.paths import compile_paths as compile_scene_of
-        else:
-            compile_scene_of = compile_scene
-        self.scene = compile_scene_of(loaded)
-        self.camera = compile_camera(self.description.camera)
+        self.scene, self.view = set_up(loaded)
 
     def render(self, seed):
         """Return the (H, W, 3) float64 picture of linear radiance."""
-        d = self.description
-        integrator = integrator_of(d.rendermode)(self.scene, d.nbounces)
-        view = View(integrator, self.camera, SAMPLERS[d.sampler], d.camera.width, d.camera.height, seed,
-                    pixel_filter=FILTERS[d.filter]())  # fmt: skip
+        d, view = self.description, replace(self.view, seed=seed)
         exposure = refine(view, Until(d.spp))
         colour = exposure.film.mean(exposure.taken)
         dr.eval(colour)
@@ -54,7 +44,7 @@ def compiled_in(picture):
     shapes = [group.kind.name for group in scene.shapes]
     shapes += ["triangles"] if scene.triangles is not None else []
     found = _in_paths(scene) if mode == PATHTRACER else _in_phong(scene)
-    others = [picture.camera[0].name] if picture.camera[0].has_lens else []
+    others = [picture.view.camera[0].name] if picture.view.camera[0].has_lens else []
     others += [f"hierarchy ({type(scene.structure).__name__})"] if scene.structure is not None else []
     found = {"mode": [mode], "shapes": shapes} | found
     found["else"] = found["else"] + others

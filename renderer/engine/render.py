@@ -98,7 +98,7 @@ def render(loaded, *, seed=0, accel=AUTO, until=None, variance=False, progress=N
     description = loaded.description
     mode, size = description.rendermode, (description.camera.width, description.camera.height)
     start = time.perf_counter()
-    scene, view = _set_up(loaded, seed, accel, single=until is None and description.spp == 1)
+    scene, view = set_up(loaded, seed, accel, single=until is None and description.spp == 1)
     built = time.perf_counter()
 
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
@@ -133,12 +133,12 @@ def replay(loaded, pixel, sample, *, seed=0, accel=AUTO):
     """
     if loaded.description.rendermode in DEBUG_MODES:
         raise ValueError("no samples")
-    _, view = _set_up(loaded, seed, accel, single=loaded.description.spp == 1)
+    _, view = set_up(loaded, seed, accel, single=loaded.description.spp == 1)
     radiance = view.follow(pixel[0] + pixel[1] * view.width, sample)
     return tuple(float(channel[0]) for channel in radiance)
 
 
-def _set_up(loaded, seed, accel, single):
+def set_up(loaded, seed=0, accel=AUTO, single=False):
     """Return the compiled scene and the View of it; `single` samples go through the middle of their pixels."""
     description, mode = loaded.description, loaded.description.rendermode
     shows_bsdfs = mode == "albedo" and any(shape.material.bsdf is not None for _, shape in loaded.shapes)

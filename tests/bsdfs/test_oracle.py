@@ -6,7 +6,7 @@ import drjit as dr
 import numpy as np
 import pytest
 
-from renderer.core.backend import Float, Vector2f, Vector3f
+from renderer.core.backend import Vector3f
 from tests.bsdfs.settings import SETTINGS, array, directions, each, numbers
 
 mi = pytest.importorskip("mitsuba")

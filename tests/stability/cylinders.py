@@ -108,13 +108,19 @@ def decided(shape, *inputs):
     return errors
 
 
+def along_and_across(shape, o, d):
+    """Return radius and height, and what rays are along the axis and across it: of each, the origin's part and the
+    direction's; in float32.
+    """
+    axis, f = np.array(unit_of(shape.axis), np.float32), o - np.array(shape.center, np.float32)
+    along = f @ axis, d @ axis
+    across = (f - along[0][:, None] * axis, d - along[1][:, None] * axis)
+    return np.float32(shape.radius), np.float32(shape.height), along, across
+
+
 def naive(shape, o, d):
     """Return what textbooks find in float32: the side's quadratic equation, two caps, the nearest that is in range."""
-    axis = np.array(unit_of(shape.axis), np.float32)
-    r, h = np.float32(shape.radius), np.float32(shape.height)
-    f = o - np.array(shape.center, np.float32)
-    fa, da = f @ axis, d @ axis
-    across, speed = f - fa[:, None] * axis, d - da[:, None] * axis
+    r, h, (fa, da), (across, speed) = along_and_across(shape, o, d)
     a, b = (speed * speed).sum(-1), 2 * (across * speed).sum(-1)
     c = (across * across).sum(-1) - r * r
     with np.errstate(all="ignore"):
@@ -129,11 +135,7 @@ def naive(shape, o, d):
 
 def naive_interval(shape, o, d):
     """Return the part of a line in tube and slab, in float32, without care for 0 / 0."""
-    axis = np.array(unit_of(shape.axis), np.float32)
-    r, h = np.float32(shape.radius), np.float32(shape.height)
-    f = o - np.array(shape.center, np.float32)
-    fa, da = f @ axis, d @ axis
-    across, speed = f - fa[:, None] * axis, d - da[:, None] * axis
+    r, h, (fa, da), (across, speed) = along_and_across(shape, o, d)
     with np.errstate(all="ignore"):
         a, b, c = (speed * speed).sum(-1), (across * speed).sum(-1), (across * across).sum(-1) - r * r
         root, reach = np.sqrt(b * b - a * c), np.abs(h / da)
