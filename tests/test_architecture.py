@@ -17,13 +17,15 @@ LEVELS = {"core": 0, "io": 1, "accel": 1, "textures": 1, "shapes": 2, "bsdfs": 2
           "lights": 3, "scene": 4, "integrators": 5, "engine": 6}
 TOP = 7  # the modules of renderer/ itself: cli, doctor and what they use
 FAMILIES = ("textures", "shapes", "bsdfs", "cameras", "samplers", "lights", "integrators")
-SHARED = ("base", "fresnel", "microfacet", "mis")  # what the kinds of a family may have in common
+SHARED = ("base", "glass", "microfacet", "mis")  # what the kinds of a family may have in common
 BACKEND = "renderer.core.backend"
-DESCRIPTION = ("schema", "materials", "quantities", "values", "composed", "transform", "loaded", "loader", "locate", "aliases", "aliases_light", "aliases_material", "aliases_mesh",
-               "checks", "checks_lights", "checks_shapes", "reference", "reference_paths")
+DESCRIPTION = ("schema", "materials", "quantities", "values", "composed", "transform", "loaded", "loader", "locate",
+               "aliases", "aliases_light", "aliases_material", "aliases_mesh", "checks", "checks_lights",
+               "checks_shapes", "reference", "reference_paths")
 ALLOWED = {("renderer", "renderer.core.llvm")}  # chosen first of all: Dr.Jit may be imported by any module next
-FOR_CONVERTERS = ("renderer.scene.schema", "renderer.scene.materials", "renderer.scene.quantities", "renderer.scene.transform", "renderer.scene.loader",
-                  "renderer.scene.loaded", "renderer.io", "renderer.core.errors")
+FOR_CONVERTERS = ("renderer.scene.schema", "renderer.scene.materials", "renderer.scene.quantities",
+                  "renderer.scene.transform", "renderer.scene.loader", "renderer.scene.loaded", "renderer.io",
+                  "renderer.core.errors")
 MITSUBA_ROOMS = ("converters", "benchmarks", "tests")
 OUTSIDE = ("converters", "benchmarks", "tests", "tools")  # nothing of this is there where the renderer is installed
 

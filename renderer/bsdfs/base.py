@@ -64,17 +64,16 @@ def constant(colour):
     return colour if isinstance(colour, tuple) else BLACK
 
 
+def mirrored(w, where):
+    """Return a local direction, mirrored by the surface in the lanes `where`."""
+    return Vector3f(w.x, w.y, dr.select(where, -w.z, w.z))
+
+
 def turned(w, wi):
     """Return a local direction in the frame that is turned to wi."""
-    return Vector3f(w.x, w.y, dr.select(wi.z < 0, -w.z, w.z))
+    return mirrored(w, wi.z < 0)
 
 
 def nothing(p, wi, wo, has):
     """Return value and density, as `evaluate` does, of a kind all of whose directions are delta."""
     return Vector3f(0), Float(0)
-
-
-def seen_from(wi, eta, inverse):
-    """Return the index behind the surface over the one where wi is, and its inverse, of those seen from outside."""
-    outside = wi.z > 0
-    return dr.select(outside, eta, inverse), dr.select(outside, inverse, eta)

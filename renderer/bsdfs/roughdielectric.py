@@ -9,15 +9,13 @@ An alpha below ALPHA_MIN that is no texture gives `dielectric`.
 
 import drjit as dr
 
-from renderer.bsdfs import microfacet
-from renderer.bsdfs.base import BsdfKind, BsdfSample, nothing, register, seen_from, turned
+from renderer.bsdfs import glass, microfacet
+from renderer.bsdfs.base import BsdfKind, BsdfSample, nothing, register, turned
 from renderer.core.backend import Bool, Float, Vector3f
 from renderer.core.fresnel import dielectric
 from renderer.core.numeric import TINY
 
-REFLECTANCE, TRANSMITTANCE, ETA, INVERSE, ALPHA = 0, 3, 6, 7, 8  # the factors, the index and its inverse
-TINTED = "tinted"
-WHITE = (1.0, 1.0, 1.0)
+ALPHA = 8  # column, behind those of glass
 # An index nearer to 1 counts as this far: v would vanish, and with less a direction changes by less than 1e-3 alpha.
 ETA_MIN = 1e-3
 
@@ -27,19 +25,18 @@ def pack(bsdf, outside):
     eta, (alpha, is_beckmann) = bsdf.ior / outside, microfacet.pack(bsdf)
     if abs(eta - 1) < ETA_MIN and alpha != microfacet.SMOOTH:
         eta = 1 + ETA_MIN
-    return [*bsdf.reflectance, *bsdf.transmittance, eta, 1 / eta, alpha, is_beckmann]
+    return [*glass.pack(bsdf, eta), alpha, is_beckmann]
 
 
 def features(bsdf):
-    """Return which code an instance needs; TINTED where the factors are not 1."""
-    tinted = () if tuple(bsdf.reflectance) == WHITE == tuple(bsdf.transmittance) else (TINTED,)
-    return (*microfacet.features(bsdf), *tinted)
+    """Return which code an instance needs."""
+    return (*microfacet.features(bsdf), *glass.features(bsdf))
 
 
 def sample(p, wi, u, u2, has):
     """Return a reflection or refraction at a normal that wi sees; of smooth lanes, at the surface's own normal."""
     front = turned(wi, wi)
-    eta, inverse = seen_from(wi, p[ETA], p[INVERSE])
+    eta, inverse = glass.seen_from(wi, p)
     is_rough, is_smooth = microfacet.rough(has), microfacet.smooth_lanes(p, ALPHA, has)
     h = microfacet.distribution(p, ALPHA, has).sample(front, u2) if is_rough else Vector3f(0, 0, 1)
     if is_rough:
@@ -60,8 +57,7 @@ def sample(p, wi, u, u2, has):
         if is_smooth is not False:
             share, pdf_sa = dr.select(is_smooth, weight, share), dr.select(is_smooth, 0, pdf_sa)
         weight = share
-    if TINTED in has:
-        weight = weight * dr.select(mirrored, p.vector(REFLECTANCE), p.vector(TRANSMITTANCE))
+    weight = glass.tinted(weight, mirrored, p, has)
     return BsdfSample(turned(wo, wi), dr.select(valid, Vector3f(weight), 0), dr.select(valid, pdf_sa, 0),
                       valid & Bool(is_smooth), dr.select(mirrored, 1, eta))  # fmt: skip
 
@@ -70,19 +66,12 @@ def evaluate(p, wi, wo, has):
     """Return value and density of reflection or refraction, by the sides of the directions."""
     if not microfacet.rough(has):
         return nothing(p, wi, wo, has)
-    wo, (eta, inverse) = turned(wo, wi), seen_from(wi, p[ETA], p[INVERSE])
+    wo, (eta, inverse) = turned(wo, wi), glass.seen_from(wi, p)
     value, pdf_sa = _evaluate(p, turned(wi, wi), wo, eta, inverse, has)
     is_smooth = microfacet.smooth_lanes(p, ALPHA, has)
     if is_smooth is not False:
         value, pdf_sa = dr.select(is_smooth, 0, value), dr.select(is_smooth, 0, pdf_sa)
-    if TINTED in has:
-        return value * dr.select(wo.z > 0, p.vector(REFLECTANCE), p.vector(TRANSMITTANCE)), pdf_sa
-    return Vector3f(value), pdf_sa
-
-
-def albedo(p):
-    """Return the factor of what is refracted."""
-    return p.vector(TRANSMITTANCE)
+    return Vector3f(glass.tinted(value, wo.z > 0, p, has)), pdf_sa
 
 
 def _evaluate(p, wi, wo, eta, inverse, has):
@@ -106,7 +95,7 @@ def _evaluate(p, wi, wo, eta, inverse, has):
 
 
 register(BsdfKind(
-    "roughdielectric", pack, sample, evaluate, albedo, features,
+    "roughdielectric", pack, sample, evaluate, glass.albedo, features,
     smooth=lambda bsdf: microfacet.pack(bsdf)[0] != microfacet.SMOOTH, transmits=True,
     textured={"alpha": (ALPHA, 1)},
 ))  # fmt: skip

@@ -29,7 +29,7 @@ ROOT_HALF_BITS = 0x3F3504F3  # of sqrt(1/2)
 MANTISSA_BITS, EXPONENT_BIAS = 23, 127
 LOG2_E = 1.442695041
 NEAR_1 = 0.29  # below 1 - sqrt(1/2): how far from 1 the polynomial of log2 goes
-LEAST_EXPONENT = -100.0  # less counts as this much: with numbers that are not normal a CPU takes 10 times as long
+LEAST_EXPONENT = -100.0  # less counts as this much: numbers that are not normal are slow, or 0
 
 
 def polynomial(x, coefficients):

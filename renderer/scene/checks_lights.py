@@ -61,7 +61,8 @@ def _note_phong(description, lights, findings):
 
 def _shines(world, lights):
     """Return whether anything gives light in a path-traced scene, or may do when mistakes are mended."""
-    around = (world.backgroundcolor is None or any(world.backgroundcolor)) and not any(light.type == "environment" for _, light in lights)
+    background = world.backgroundcolor is None or any(world.backgroundcolor)
+    around = background and all(light.type != "environment" for _, light in lights)
     shapes = any(shape is None or any(shape.emission) for shape in world.shapes or ())
     return around or shapes or any(any(light.intensity) for _, light in lights) or None in world.lightsources
 

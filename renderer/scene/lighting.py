@@ -19,7 +19,7 @@ from renderer.core.rows import SELECT_LIMIT, Rows
 from renderer.lights import sphere
 from renderer.lights.base import area_pdf_sa
 from renderer.scene.light_choice import FEW, FewLights, ManyLights
-from renderer.scene.light_sources import emitters_of, environment_of, extent, light_groups
+from renderer.scene.light_sources import environment_of, extent, light_groups
 
 RADIANCE, INVERSE_AREA, ONE_SIDED, RADIUS, LIGHT = 0, 3, 4, 5, 6  # columns of emitters
 NO_EMITTER = 0xFFFFFFFF
@@ -43,13 +43,13 @@ class Lighting:
         self.has_background = any(background) if environment is None else environment.shines
 
     @classmethod
-    def of(cls, loaded, shapes, triangles):
-        """Return the Lighting of a LoadedScene, its shapes [(index in the file, shape)] in the compiled order.
+    def of(cls, loaded, shapes, triangles, emitters):
+        """Return the Lighting of a LoadedScene, its shapes [(index in the file, shape)] in the compiled order and those that shine in `emitters`.
 
         Raises SceneError if the image of an environment cannot be read.
         """
         world = loaded.description.scene
-        emitters, environment = emitters_of(world, shapes, triangles), environment_of(loaded)
+        environment = environment_of(loaded)
         groups, estimates, numbers = light_groups(world.lightsources, emitters, environment, triangles)
         choice, number = None, None
         if len(estimates) > FEW:

@@ -51,16 +51,17 @@ def compile_paths(loaded, accel=AUTO):
     ordered, geometry = arrange(loaded, accel)
     shapes = [shape for _, shape in ordered]
     materials = [shape.material for shape in shapes]
+    emitters = emitters_of(loaded.description.scene, ordered, geometry["triangles"])
     scattering = mirrors = None
     if shapes:
         scattering = Scattering(materials, exterior_indices(shapes, paths=True), Texturing(loaded, ordered))
         wanted = loaded.description.mirrorlight and loaded.description.nbounces > 1 and scattering.smooth
         if wanted and geometry["structure"] is None:
-            mirrors = Mirrors.of(shapes, emitters_of(loaded.description.scene, ordered, geometry["triangles"]))
+            mirrors = Mirrors.of(shapes, emitters)
     return PathScene(
         **geometry,
         scattering=scattering,
-        lighting=Lighting.of(loaded, ordered, geometry["triangles"]),
+        lighting=Lighting.of(loaded, ordered, geometry["triangles"], emitters),
         mirrors=mirrors,
         roulette=loaded.description.roulette,
         file_indices=Rows([[index] for index, _ in ordered], UInt32) if shapes else None,

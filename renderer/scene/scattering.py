@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.bsdfs import KINDS
-from renderer.bsdfs.base import BsdfKind
+from renderer.bsdfs.base import BsdfKind, mirrored
 from renderer.core.backend import UInt32, Vector3f
 from renderer.core.frame import Frame
 from renderer.core.rows import SELECT_LIMIT, Rows
@@ -155,7 +155,7 @@ class View:
         return True
 
     def _turned(self, w):
-        return w if self.behind is None else Vector3f(w.x, w.y, dr.select(self.behind, -w.z, w.z))
+        return w if self.behind is None else mirrored(w, self.behind)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import drjit as dr
 
 from renderer.core.backend import ArrayXf, ArrayXu, Float, UInt32, Vector2f, Vector3f
-from renderer.core.numeric import EPSILON, TINY, greater
+from renderer.core.numeric import EPSILON, TINY, greater, largest
 from renderer.core.records import Surface
 from renderer.accel.watertight import Axes, barycentric
 from renderer.shapes.base import derivatives
@@ -94,7 +94,7 @@ class Triangles:
         p = dr.fma(e1, b1, dr.fma(e2, b2, v[0]))
         n = dr.cross(e1, e2)
         n_geo = n * dr.rsqrt(greater(dr.squared_norm(n), Float(TINY)))
-        size = [greater(abs(a), greater(abs(b), abs(c))) for a, b, c in zip(*v)]
+        size = [largest(Vector3f(*corners)) for corners in zip(*v)]
         rounding = dr.dot(abs(n_geo), Vector3f(*size)) * Float(POINT_ROUNDOFFS * EPSILON)
         rounding += dr.sum(abs(e1) + abs(e2)) * Float(EDGE_ROUNDOFFS * EPSILON)
         found = Surface(p, n_geo, rounding=rounding, n_smooth=n_geo)

@@ -48,13 +48,13 @@ def test_every_header_key_is_told(scene, engine):
 
 def test_backends_are_those_of_the_engine(run_python):
     """The parser keeps a copy of the list, because asking for it would load Dr.Jit."""
-    code = "from renderer.core import backend; from renderer import options as command_line; print(backend.BACKENDS == command_line.BACKENDS)"
+    code = "from renderer import options; from renderer.core import backend; print(backend.BACKENDS == options.BACKENDS)"
     assert run_python(code).stdout == "True\n"
 
 
 def test_structures_are_those_of_the_engine(run_python):
     """A copy for the same reason."""
-    code = "from renderer.scene import arrange; from renderer import options as command_line; print(arrange.STRUCTURES == command_line.ACCELS)"
+    code = "from renderer import options; from renderer.scene import arrange; print(arrange.STRUCTURES == options.ACCELS)"
     assert run_python(code).stdout == "True\n"
 
 

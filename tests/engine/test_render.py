@@ -89,7 +89,8 @@ def test_hundreds_of_shapes_render(tmp_path):
     """More shapes than are unrolled: a wall of balls, each where it belongs."""
     balls = [{"type": "sphere", "center": [0.2 * (k % 20) - 1.9, 0.2 * (k // 20) - 1.9, 0], "radius": 0.09}
              for k in range(400)]  # fmt: skip
-    number = render(loaded(tmp_path, balls, rendermode="shapes", camera={"width": 60, "height": 60, "fov": 53.13})).channels()["Shape"]
+    scene = loaded(tmp_path, balls, rendermode="shapes", camera={"width": 60, "height": 60, "fov": 53.13})
+    number = render(scene).channels()["Shape"]
     rows_seen, columns_seen = np.divmod(number[1::3, 1::3][::-1].astype(int), 20)
     assert np.array_equal(columns_seen[0], np.arange(20)) and np.array_equal(rows_seen[:, 0], np.arange(20))
 

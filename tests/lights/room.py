@@ -12,6 +12,7 @@ from renderer.core.records import Ray
 from renderer.scene.arrange import arrange
 from renderer.scene.geometry import Geometry
 from renderer.scene.lamps import with_lamps
+from renderer.scene.light_sources import emitters_of
 from renderer.scene.lighting import Lighting
 from tests.support.scenes import loaded
 
@@ -27,7 +28,8 @@ class Room:
         keys = {"rendermode": "pathtracer", "backgroundcolor": [0, 0, 0]} | keys
         scene = with_lamps(loaded(folder, shapes, lights, **keys))
         ordered, geometry = arrange(scene, "auto")
-        self.lighting = Lighting.of(scene, ordered, geometry["triangles"])
+        emitters = emitters_of(scene.description.scene, ordered, geometry["triangles"])
+        self.lighting = Lighting.of(scene, ordered, geometry["triangles"], emitters)
         self.geometry = Geometry(**geometry)
 
     def sample(self, p, count=SAMPLES, seed=1):
