@@ -6,13 +6,14 @@ SCENE ?= scenes/scene.json
 OUT ?= out/$(basename $(notdir $(SCENE))).ppm
 ARGS ?=
 
-.PHONY: help setup run test test-all testsuite bench docs doctor clean
+.PHONY: help setup run test test-all testsuite bench report docs doctor clean
 
 help:
 	@echo "make run        render SCENE (default: $(SCENE)) to OUT (default: $(OUT))"
 	@echo "make test       run the tests (make test-all: the slow ones too); ARGS are passed on to pytest"
 	@echo "make testsuite  render the pictures of TestSuite/"
 	@echo "make bench      measure speed, error and memory beside Mitsuba"
+	@echo "make report     make the figures of Report/report.pdf and typeset it"
 	@echo "make docs       write the reference pages that are made from the code"
 	@echo "make doctor     tell what is installed, what is wrong, and how to mend it"
 	@echo "make setup      only install: .venv, pinned packages, LLVM"
@@ -38,6 +39,9 @@ testsuite: setup-test
 bench: setup-bench
 	@$(VENV_PYTHON) -m benchmarks $(ARGS)
 
+report: setup-report
+	@$(VENV_PYTHON) -m tools.report $(ARGS)
+
 docs: setup
 	@$(VENV_PYTHON) -m renderer.scene.reference
 
@@ -47,12 +51,15 @@ doctor: setup
 clean:
 	rm -rf .venv out .pytest_cache .hypothesis
 
-.PHONY: setup-test setup-bench require-python
+.PHONY: setup-test setup-bench setup-report require-python
 setup-test: require-python
 	@$(PYTHON) tools/setup.py run test
 
 setup-bench: require-python
 	@$(PYTHON) tools/setup.py run test bench
+
+setup-report: require-python
+	@$(PYTHON) tools/setup.py run test report
 
 require-python:
 	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) was not found; Python 3.11 or newer is needed" >&2; exit 1; }
