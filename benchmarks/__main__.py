@@ -27,14 +27,19 @@ BENCHMARKS = {
     "variants": "what the decisions behind the speed are worth",
     "against_mitsuba": "intersection and shadow tests beside Mitsuba's, same rays, same scenes",
     "structures": "hierarchy, grid and no structure on the same scenes, and from how many shapes on one pays",
+    "growth": "no structure, grid, hierarchy and Mitsuba's Embree on meshes of ever more triangles",
     "paths": "path tracing beside Mitsuba: speed, and error at equal time",
     "error": "path tracing beside Mitsuba: error against time at rising numbers of samples, with plots",
     "meshes": "triangle meshes beside Mitsuba's Embree: rays, building, memory, diffuse paths",
     "needs": "what a scene's kernel contains, and what it would cost with everything in it",
+    "features": "what each feature of the assignment sheets costs: scenes with it and without it",
 }
 NEED_MITSUBA = ("against_mitsuba", "paths", "error", "meshes")  # all of them have ratios against it
+BESIDE_MITSUBA = (*NEED_MITSUBA, "growth")  # in which it is measured, too
+ALSO_MITSUBA = ("features",)  # has some, which tell what features cost and are held to nothing
 WITH_SCENES = {  # modules with SCENES, which import no Dr.Jit, of the benchmarks of which single scenes can be measured
     "paths": "benchmarks.path_scenes", "error": "benchmarks.error_scenes", "needs": "benchmarks.needs_scenes",
+    "features": "benchmarks.feature_scenes",
 }
 PLOTTED = "error"  # the benchmark that plots are made of
 LARGEST_MESH = 10_000_000  # triangles: the soup of so many takes 4.3 GB with Embree alone
@@ -143,7 +148,7 @@ def _complaint(options, names):
         return f"cannot write to '{options.json}'"
     if options.triangles is not None and not 1 <= options.triangles <= LARGEST_MESH:
         return f"--triangles {options.triangles} is not between 1 and {LARGEST_MESH}"
-    if set(NEED_MITSUBA) & set(names) and not options.measured and importlib.util.find_spec("mitsuba") is None:
+    if {*NEED_MITSUBA, *ALSO_MITSUBA} & set(names) and not options.measured and importlib.util.find_spec("mitsuba") is None:
         return "Mitsuba is not installed; `make bench` sees to it"
     if PLOTTED in names and not options.measured and importlib.util.find_spec("matplotlib") is None:
         return "matplotlib is not installed; `make bench` sees to it"
