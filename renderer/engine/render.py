@@ -11,6 +11,7 @@ import drjit as dr
 from renderer.core import backend
 from renderer.core.backend import Float, UInt32, Vector2f, Vector3f
 from renderer.core.records import Ray
+from renderer.core.tones import NEUTRAL_EXPOSURE
 from renderer.engine import tonemap as tonemapping
 from renderer.engine.filters import FILTERS
 from renderer.engine.loop import pixel_corner
@@ -68,7 +69,7 @@ class Rendering:
         scale, curve, coding = 1.0, "linear", "linear"
         if self.mode in SHADED_MODES:
             exposure = self._exposure if exposure is None else exposure
-            scale, curve = exposure / tonemapping.NEUTRAL_EXPOSURE, tonemap or self._tonemap
+            scale, curve = exposure / NEUTRAL_EXPOSURE, tonemap or self._tonemap
             coding = encoding or ("srgb" if self.mode == PATHTRACER else "linear")
         channels = [tonemapping.to_bytes(c, dr.opaque(Float, scale), curve, coding) for c in self._colour]
         dr.eval(channels)
