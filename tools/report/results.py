@@ -9,6 +9,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 RESULTS = ROOT / "benchmarks" / "results.json"
+STABILITY = ROOT / "docs" / "stability.md"
+UNMEASURED = "not measured yet"  # the maker of the report warns of it
+UNASKED = "\u2013"  # Mitsuba cannot do the same
 LEAST_PLAIN = 1e-4  # smaller numbers are written with a power of ten
 SUPERSCRIPTS = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 THIN = "\u202f"  # a narrow space at which no line ends: between a number and its unit
@@ -101,3 +104,38 @@ def words(count: int) -> str:
     """Return a small whole number as a word, a large one in figures."""
     names = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
     return names[count] if 0 <= count < len(names) else f"{count:,}"
+
+
+def hard_case(case: str) -> dict[str, tuple[str, str]]:
+    """Return {"ours", "naive", "Mitsuba": (worst, mean error)} of a hard case on the page of numerical stability."""
+    for line in STABILITY.read_text().splitlines():
+        cells = [cell.strip() for cell in line.strip("| ").split(" | ")]
+        if cells[0] == case and len(cells) == 6:
+            both = {name: cell.split(", ") for name, cell in zip(("ours", "naive", "Mitsuba"), cells[3:]) if cell != "-"}
+            return {name: tuple(_plain(text) for text in pair) for name, pair in both.items()}
+    raise KeyError(f"no hard case {case!r} in {STABILITY.name}")
+
+
+def _plain(text):
+    """Return a number of that page as the report writes it."""
+    return text if text == "infinite" else digits(float(text))
+
+
+def cost(feature: str) -> dict[str, str]:
+    """Return what a feature costs: `ns` a sample, `times` the time without it, and `mitsuba`, the same of Mitsuba's.
+
+    UNMEASURED stands where the benchmark has not been run yet.
+    """
+    if "features" not in results()["benchmarks"]:
+        return dict.fromkeys(("ns", "times", "mitsuba"), UNMEASURED)
+    found = row("features", "features", feature=feature)
+    theirs = median(found["Mitsuba's, x without"])
+    return {"ns": unit(median(found["cost (ns a sample)"]), "ns"), "times": times(median(found["time, x without"])),
+            "mitsuba": UNASKED if theirs is None else times(theirs)}
+
+
+def picture_cost(feature: str) -> str:
+    """Return the CPU time a pixel of what is done once a picture; UNMEASURED as above."""
+    if "features" not in results()["benchmarks"]:
+        return UNMEASURED
+    return unit(median(row("features", "pictures", feature=feature)["CPU ns a pixel"]), "ns")
