@@ -15,7 +15,7 @@ from renderer.engine.render import render
 from renderer.scene.loader import from_dict, load, override
 from renderer.scene.schema import PATHTRACER
 from tools import testsuite
-from tools.report.results import ROOT, digits, percent, unit
+from tools.report.results import ROOT, THIN, digits, percent, unit
 
 SIZE = 480, 320  # pixels of a picture
 FULL_SCALE = 1 / 20  # of white: the difference at the end of the colour map, in all figures
@@ -45,8 +45,9 @@ def pair(folder: Path, name: str, scene: str, *, mode: str | None = None, size: 
 
     `scene` is a path below scenes/ without its ending; a `document` takes its place, and `scene` then names the folder
     that its files lie in. Keys: NAME_median, NAME_high and NAME_greatest, differences in 8-bit levels (of the channel
-    that differs most); NAME_apart, the share of pixels that differ by more than one level; of path-traced pictures the
-    same of the means of squares, and NAME_means, the relative difference of mean radiance with its standard error.
+    that differs most); NAME_apart, the share of pixels that differ by more than one level, and NAME_pixels, their number
+    and that of all; of path-traced pictures the same of the means of squares, and NAME_means, the relative difference
+    of mean radiance with its standard error.
     """
     found = both(prepared(scene, mode, size, samples, document))
     difference = found.ours - found.theirs
@@ -76,7 +77,8 @@ def prepared(scene, mode=None, size=SIZE, samples=None, document=None):
 def both(loaded) -> Both:
     """Return our picture and Mitsuba's of a loaded scene; where the reference takes one ray, ours takes one too."""
     if loaded.description.rendermode != PATHTRACER:
-        return Both(*testsuite.ours_and_mitsubas(override(loaded, samples=1)))
+        ours, theirs = testsuite.ours_and_mitsubas(override(loaded, samples=1))
+        return Both(ours, testsuite.coarse(theirs))
     from converters.path_traced import reference
 
     rendering, theirs = render(loaded), reference(loaded)
@@ -102,9 +104,12 @@ def agreement(name: str, difference: np.ndarray, found: Both) -> dict[str, str]:
     """Return the numbers of `pair`."""
     step = testsuite.BLOCK if found.noisy else 1
     levels = LEVELS * np.abs(difference).max(-1)[::step, ::step]
-    numbers = {"median": unit(float(np.median(levels)), "levels"), "greatest": unit(float(levels.max()), "levels"),
-               "high": unit(float(np.quantile(levels, HIGH, method="higher")), "levels"),
-               "apart": percent(float((levels > 1.5).mean()))}  # between one level and two: both are rounded
+    apart = levels > 1.5  # between one level and two: both are rounded
+    numbers = {"apart": percent(float(apart.mean())), "pixels": f"{apart.sum():,} of {apart.size:,}"}
+    for key, value in (("median", np.median(levels)), ("high", np.quantile(levels, HIGH, method="higher")),
+                       ("greatest", levels.max())):  # fmt: skip
+        text = digits(float(value)) if found.noisy else f"{value:.0f}"
+        numbers[key] = f"{text}{THIN}{'level' if text == '1' else 'levels'}"
     if found.noisy:
         numbers["means"] = relative_means(found.our_radiance, found.their_radiance)
     return {f"{name}_{key}": value for key, value in numbers.items()}

@@ -116,6 +116,11 @@ def hard_case(case: str) -> dict[str, tuple[str, str]]:
     raise KeyError(f"no hard case {case!r} in {STABILITY.name}")
 
 
+def hard_share(case: str, who: str) -> str:
+    """Return the mean of a hard case whose unit is a share, as per cent; `who` is "ours", "naive" or "Mitsuba"."""
+    return percent(float(hard_case(case)[who][1]))
+
+
 def _plain(text):
     """Return a number of that page as the report writes it."""
     return text if text == "infinite" else digits(float(text))
