@@ -1,12 +1,11 @@
-"""How busy lanes are: steps of paths counted one by one, and put into packets as the renderer and others put them.
+"""How busy lanes are: steps of paths are counted one by one, and put into packets in several ways.
 
-Nothing here is timed. The integrator is asked for the steps that each sample of each pixel takes; a packet takes as
-many steps as the longest of its lanes, and its lanes are busy for the rest of what they have.
+Nothing is timed. The integrator tells how many steps each sample of each pixel takes. A packet takes as many as the
+longest of its lanes; the others are idle for the rest.
 """
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import drjit as dr
@@ -19,43 +18,36 @@ from renderer.engine.render import set_up
 from renderer.engine.tiles import NO_PIXEL, PACKET, Tiles
 from renderer.samplers.base import Draws
 from renderer.scene.loader import load, override
-from tools.report import results
+from tools.report import drawing, results
 
 SIZE = 300, 200  # of the pictures whose paths are counted
 SAMPLES = 64  # a pixel
+PASSES = 1, 2, 4, 8, 16, 32, 64  # samples a pixel in a pass
 SHOWN = 16  # samples a pixel of the packet that is drawn
-FEW = 1, 2, 4, 8, 16, 32, 64  # samples of a pass
-SCENES = "cornell", "studio", "scene"
-CORNELL, STUDIO, SCENE = SCENES
-SHADES, IDLE = ("#0072b2", "#7ab8dc"), "#e8e6e1"  # of paths in turn, and of lanes that wait
+SCENES = CORNELL, STUDIO, SCENE = "cornell", "studio", "scene"
+SHADES, IDLE = ("#0072b2", "#7ab8dc"), "#e8e6e1"  # of samples in turn, and of idle lanes
+ALONE, PIXEL, TILE = "a lane a sample", "a lane a pixel", "a lane several pixels"
 
 
 def make(folder: Path) -> dict[str, str | list]:
-    """Write packets.svg and passes.svg, and return what was counted."""
-    import matplotlib
-
+    """Write packets.svg and passes.svg, and return what was counted and what was measured."""
     steps = {name: steps_taken(name) for name in SCENES}
-    tiled = {samples: busy(in_tiles(steps[STUDIO], samples)) for samples in FEW}
-    rows = {name: {samples: busy(in_rows(steps[name], samples)) for samples in FEW} for name in SCENES}
-    alone = {name: busy(lane_a_sample(steps[name])) for name in SCENES}
-    without, regenerated = median_packet(steps[CORNELL])
-    with matplotlib.rc_context(plots.SETTINGS | {"font.size": 8}):
-        _save(_of_packets(without, regenerated), folder / "packets.svg")
-        _save(_of_passes(rows, tiled, alone), folder / "passes.svg")
-    least, most = min(FEW), max(FEW)
-    told = {f"{name}_mean": f"{steps[name].mean():.1f}" for name in SCENES}
-    told |= {f"{name}_longest": str(steps[name].max()) for name in SCENES}
-    told |= {f"{name}_alone": _percent(alone[name]) for name in SCENES}
-    told |= {f"{name}_one": _percent(rows[name][least]) for name in SCENES}
-    told |= {f"{name}_pixel": _percent(rows[name][most]) for name in SCENES}
-    told |= {"studio_tile_one": _percent(tiled[least]), "studio_tile": _percent(tiled[most]), "samples": str(most)}
-    told |= {"packet_without": str(without.shape[1]), "packet_with": str(regenerated.shape[1]),
-             "packet_saved": f"{without.shape[1] / regenerated.shape[1]:.1f} times"}  # fmt: skip
-    return told | {"variants": variants(), "alone_cost": _undone("one lane a sample")}
+    shares = {name: shares_busy(counted) for name, counted in steps.items()}
+    without, renewed = median_packet(steps[CORNELL])
+    with drawing.in_print():
+        drawing.save(of_packets(without, renewed), folder / "packets.svg")
+        drawing.save(of_passes(shares), folder / "passes.svg")
+    told = {"packet_gain": results.times(without.shape[1] / renewed.shape[1])}
+    for name in SCENES:
+        told |= {f"{name}_mean": results.digits(steps[name].mean()), f"{name}_longest": str(steps[name].max())}
+        for key, way in (("alone", ALONE), ("pixel", PIXEL), ("tile", TILE)):
+            first, last = (shares[name][way][samples] for samples in (PASSES[0], PASSES[-1]))
+            told |= {f"{name}_{key}": percent(last), f"{name}_{key}_first": percent(first)}
+    return told | {"variants": variants(), **{key: undone(name) for key, name in UNDONE.items()}}
 
 
 def steps_taken(name):
-    """Return the steps that the integrator takes, (samples, height, width) uint16, of a scene of the repository."""
+    """Return the steps of the integrator, (samples, height, width) uint16, in a scene of the repository."""
     loaded = load(str(results.ROOT / "scenes" / f"{name}.json"))
     _, view = set_up(override(loaded, width=SIZE[0], height=SIZE[1], samples=SAMPLES))
     pixels, integrator = view.width * view.height, view.integrator
@@ -78,20 +70,33 @@ def steps_taken(name):
     return taken
 
 
+def shares_busy(steps):
+    """Return {way: {samples of a pass: share of the lanes' steps that are not idle}}."""
+    alone = busy(lane_a_sample(steps))
+    return {ALONE: dict.fromkeys(PASSES, alone),
+            PIXEL: {samples: busy(lane_a_pixel(steps, samples)) for samples in PASSES},
+            TILE: {samples: busy(lane_a_tile(steps, samples)) for samples in PASSES}}  # fmt: skip
+
+
+def busy(packets):
+    """Return the share of busy lanes, of the steps of lanes by packet, (packets, 16)."""
+    return float(packets.sum() / (PACKET * packets.max(1).sum(dtype=np.int64)))
+
+
 def lane_a_sample(steps):
-    """Return the steps of lanes by packet, (packets, 16), if a packet has 16 samples of one pixel, and no others."""
+    """Return the steps of lanes by packet where a packet has 16 samples of one pixel, and no others."""
     samples = len(steps) // PACKET * PACKET
-    return np.moveaxis(steps[:samples].reshape(-1, PACKET, steps[0].size), 1, 2).reshape(-1, PACKET)
+    return np.moveaxis(steps[:samples].reshape(-1, PACKET, steps[0].size), 1, 2).reshape(-1, PACKET).astype(np.int64)
 
 
-def in_rows(steps, samples):
-    """Return the same if a packet has 16 pixels side by side, and a pass so many samples of each."""
+def lane_a_pixel(steps, samples):
+    """Return the same where a packet has 16 pixels of a row, and a pass so many samples of each."""
     width = steps.shape[2] // PACKET * PACKET
     return _passes(steps, samples)[:, :, :width].reshape(-1, PACKET)
 
 
-def in_tiles(steps, samples):
-    """Return the same if lanes render several pixels of a tile in turn, as engine/tiles.py says."""
+def lane_a_tile(steps, samples):
+    """Return the same where lanes render several pixels of a tile in turn, those of engine/tiles.py."""
     _, height, width = steps.shape
     tiles = Tiles(width, 0, height * width)
     work = _passes(steps, samples).reshape(-1, height * width)
@@ -104,103 +109,82 @@ def in_tiles(steps, samples):
 
 
 def _passes(steps, samples):
-    """Return the steps of the pixels in each pass of so many samples, (passes, height, width)."""
+    """Return the steps of pixels in each pass of so many samples, (passes, height, width)."""
     return steps.reshape(-1, samples, *steps.shape[1:]).sum(1, dtype=np.int64)
 
 
-def busy(packets):
-    """Return the share of all lanes' time in which they have something to do."""
-    return packets.sum() / (PACKET * packets.max(1).sum(dtype=np.int64))
-
-
 def median_packet(steps):
-    """Return (16, time) arrays of which sample a lane is at, -1 where it waits: without and with new samples in time.
+    """Return two arrays (16, steps) of which sample lanes are at, -1 where they are idle: alone, and renewed.
 
-    The packet is that of the median gain. Without, it renders all samples of one pixel after the other.
+    The packet is that whose gain is the median of all. Alone, it renders the samples of one pixel after another.
     """
-    few = steps[:SHOWN, :, : steps.shape[2] // PACKET * PACKET].reshape(SHOWN, -1, PACKET)
-    gain = few.max(0).sum(1) / few.sum(0, dtype=np.int64).max(1)
-    packet = few[:, np.argsort(gain)[len(gain) // 2]].astype(int)
-    without, regenerated = -np.ones((2, PACKET, packet.sum() + PACKET), int)
-    time = 0
-    for lane in range(PACKET):  # of those that render a pixel each, below
-        for sample in range(SHOWN):
-            without[sample, time : time + packet[sample, lane]] = lane
-            begins = packet[:sample, lane].sum()
-            regenerated[lane, begins : begins + packet[sample, lane]] = sample
-        time += packet[:, lane].max()
-    return without[:, :time], regenerated[:, : packet.sum(0).max()]
+    few = steps[:SHOWN, :, : steps.shape[2] // PACKET * PACKET].reshape(SHOWN, -1, PACKET).astype(int)
+    gain = few.max(0).sum(1) / few.sum(0).max(1)
+    packet = few[:, np.argsort(gain, kind="stable")[len(gain) // 2]]
+    ends = packet.max(0).cumsum()
+    alone, renewed = -np.ones((PACKET, ends[-1]), int), -np.ones((PACKET, packet.sum(0).max()), int)
+    for pixel, end in enumerate(ends):
+        begin = 0
+        for sample, count in enumerate(packet[:, pixel]):
+            start = end - packet[:, pixel].max()
+            alone[sample, start : start + count] = pixel
+            renewed[pixel, begin : begin + count] = sample
+            begin += count
+    return alone, renewed
+
+
+UNDONE = {"undone_alone": "one lane a sample", "undone_unrolled": "loops instead of unrolling",
+          "undone_selects": "gathers instead of selects"}  # fmt: skip
+
+
+def undone(name):
+    """Return how many times the time `scene` takes with a decision undone."""
+    return results.times(results.median(results.row("variants", "variants", variant=name)["time, x as it is"]))
+
+
+def percent(share):
+    """Return a share as per cent; as 100 % only if nothing is missing."""
+    return results.percent(share, 3 if 0.99 < share < 1 else 2)
 
 
 def variants():
-    """Return rows of variant, throughput and time of the benchmark `variants`."""
+    """Return rows of variant, throughput and time, of the benchmark `variants`."""
     rows = results.table("variants", "variants")
-    return [[row["variant"], f"{row['M samples/CPU s']['median']:.3g}", f"{row['time, x as it is']['median']:.2f}"]
-            for row in rows]  # fmt: skip
+    return [[row["variant"], *(results.digits(results.median(row[key]), count)
+            for key, count in (("M samples/CPU s", 3), ("time, x as it is", 3)))] for row in rows]  # fmt: skip
 
 
-def _undone(variant):
-    """Return how many times the time a variant takes."""
-    row = next(row for row in results.table("variants", "variants") if row["variant"] == variant)
-    return f"{row['time, x as it is']['median']:.1f} times"
-
-
-def _percent(share):
-    return f"{100 * share:.0f} %"
-
-
-def _of_packets(without, regenerated):
-    """Return both packets as bars of lanes over time, on one scale."""
-    figure, axes = plots_figure(6.8, 2.3, nrows=2, sharex=True)
-    for ax, lanes, told in zip(axes, (without, regenerated), ("a lane a sample", "a lane a pixel, regenerated")):
-        ax.add_patch(_rectangle(lanes.shape[1]))
+def of_packets(alone, renewed):
+    """Return both packets as bars of lanes over steps, on one scale."""
+    figure, axes = drawing.sheet(drawing.COLUMN, 2.1, nrows=2, sharex=True)
+    for ax, lanes, told in zip(axes, (alone, renewed), (ALONE, f"{PIXEL}, sample after sample")):
+        ax.barh(PACKET / 2, lanes.shape[1], height=PACKET, color=IDLE, linewidth=0)
         for lane, numbers in enumerate(lanes):
-            _bars(ax, lane, numbers)
-        ax.set(xlim=(0, without.shape[1]), ylim=(PACKET, 0), yticks=[], ylabel="lanes")
-        ax.set_title(f"{told}: busy {_percent((lanes >= 0).mean())}", fontsize=8, fontweight="normal")
+            edges = np.flatnonzero(np.diff(numbers, prepend=-2, append=-2))
+            for begin, end in zip(edges, edges[1:]):
+                if numbers[begin] >= 0:
+                    shade = SHADES[numbers[begin] % 2]
+                    ax.barh(lane + 0.5, end - begin, left=begin, height=0.84, color=shade, linewidth=0)
+        ax.set(xlim=(0, alone.shape[1]), ylim=(PACKET, 0), yticks=[], ylabel=f"{PACKET} lanes")
+        ax.set_title(f"{told}: {percent((lanes >= 0).mean())} busy")
         ax.spines["left"].set_visible(False)
-    axes[-1].set_xlabel("turns of the loop")
+    axes[-1].set_xlabel("steps of the loop")
     return figure
 
 
-def _rectangle(length):
-    from matplotlib.patches import Rectangle
-
-    return Rectangle((0, 0), length, PACKET, color=IDLE, linewidth=0)
-
-
-def _bars(axes, lane, numbers):
-    """Draw the samples of one lane, in shades that take turns."""
-    edges = np.flatnonzero(np.diff(numbers, prepend=-2, append=-2))
-    for begin, end in zip(edges, edges[1:]):
-        if numbers[begin] >= 0:
-            axes.barh(lane + 0.5, end - begin, left=begin, height=0.86, color=SHADES[numbers[begin] % 2], linewidth=0)
-
-
-def _of_passes(rows, tiled, alone):
-    """Return the share of busy lanes over the samples of a pass."""
-    figure, axes = plots_figure(6.8, 2.2, ncols=2, sharey=True)
+def of_passes(shares):
+    """Return the share of busy lanes over the samples of a pass, of two scenes."""
+    figure, axes = drawing.sheet(drawing.COLUMN, 1.75, ncols=2, sharey=True)
     for ax, name in zip(axes, (CORNELL, STUDIO)):
-        ax.axhline(100 * alone[name], color=plots.STYLES["scalar", False][0], linestyle="--", label="a lane a sample")
-        ax.plot(FEW, [100 * rows[name][n] for n in FEW], color=SHADES[0], marker="o", label="a lane a pixel")
-        if name == STUDIO:
-            ax.plot(FEW, [100 * tiled[n] for n in FEW], color=plots.OURS[0], marker="D", label="a lane a tile's pixels")
-        ax.set(xscale="log", xlabel="samples of a pass", xticks=FEW, xticklabels=FEW, ylim=(40, 100))
-        ax.set_title(f"{name}.json", fontsize=8, fontweight="normal")
+        for way, style in ((TILE, {"color": plots.OURS[0], "marker": "D"}),
+                           (PIXEL, {"color": SHADES[0], "marker": "o"}),
+                           (ALONE, {"color": "#777777", "linestyle": "--"})):  # fmt: skip
+            if name != CORNELL or way != TILE:  # without a hierarchy there are no tiles
+                ax.plot(PASSES, [100 * shares[name][way][samples] for samples in PASSES], label=way, **style)
+        ax.set(xscale="log", xlabel="samples in a pass", xticks=PASSES, xticklabels=PASSES, ylim=(40, 100))
+        ax.set_title(f"{name}.json")
         ax.minorticks_off()
         ax.grid(True, color=plots.FAINT, linewidth=0.4)
-        ax.legend(frameon=False, fontsize=7, loc="lower right")
-    axes[0].set_ylabel("lanes that are busy (%)")
+    axes[0].set_ylabel("busy lanes, %")
+    figure.legend(*axes[1].get_legend_handles_labels(), loc="outside lower center", ncols=3, columnspacing=1)
     return figure
-
-
-def plots_figure(width, height, **grid):
-    """Return a figure without a window, and its axes."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, figure.subplots(**grid)
-
-
-def _save(figure, path):
-    figure.savefig(path, metadata={"Date": None, "Creator": None})
