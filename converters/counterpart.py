@@ -13,12 +13,13 @@ import mitsuba as mi
 if mi.variant() is None:
     mi.set_variant("llvm_ad_rgb")
 
+from converters import cameras  # noqa: E402
 from converters.geometry import frame, unit  # noqa: E402
 from converters.mitsuba.as_dict import dictionary, part_object, soup_object, texture_object  # noqa: E402
 from converters.mitsuba.lamps import environment  # noqa: E402
 from converters.nesting import outside_indices  # noqa: E402
 from converters.phong_lights import lights  # noqa: E402
-from converters.solids import camera_matrix, parts  # noqa: E402
+from converters.solids import parts  # noqa: E402
 
 ATTRIBUTES = ("face_shape", "face_part")  # carried by every primitive; a soup has values for each triangle
 SOUP = 64  # triangles; more of them become one mesh, because Mitsuba's kernels grow with the number of shapes
@@ -64,8 +65,8 @@ class Counterpart:
 
     def _sensor(self):
         film = {"type": "hdrfilm", "width": self.camera.width, "height": self.camera.height, "rfilter": {"type": "box"}}
-        return {"type": "perspective", "fov": self.camera.fov, "fov_axis": "y", "near_clip": 1e-3, "far_clip": 1e5,
-                "to_world": mi.ScalarTransform4f(camera_matrix(self.camera)), "film": film}
+        kind, parameters = cameras.sensor(self.camera, with_lens=False)
+        return {"type": kind, **parameters, "to_world": mi.ScalarTransform4f(parameters["to_world"]), "film": film}
 
     def _material_tables(self):
         """Return the materials' values as arrays over shapes."""
@@ -100,7 +101,10 @@ class Counterpart:
         pixel = dr.arange(mi.UInt32, width * height)
         x, y = mi.Float(pixel % width) + 0.5 + offset[0], mi.Float(pixel // width) + 0.5 + offset[1]
         ray, _ = self.sensor.sample_ray(0.0, 0.0, mi.Point2f(x / width, y / height), mi.Point2f(0.5))
-        return mi.Point3f(self.camera.position) + dr.zeros(mi.Point3f, width * height), mi.Vector3f(ray.d)
+        direction = mi.Vector3f(ray.d) + dr.zeros(mi.Vector3f, width * height)  # one for all, if orthographic
+        if self.camera.type == "orthographic":
+            return ray.o - cameras.NEAR * direction, direction
+        return mi.Point3f(self.camera.position) + dr.zeros(mi.Point3f, width * height), direction
 
     def intersect(self, origin, direction):
         """Return the nearest hits: Mitsuba's interaction, shape and part indices, texture coordinates and albedo."""

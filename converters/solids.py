@@ -138,10 +138,3 @@ def far_plane(shape):
 def is_unbounded(shape):
     """Return whether a convex shape had to be clipped to become a mesh."""
     return shape.type == "convex" and shape.vertices is None and intersection(shape.halfspaces).clipped
-
-
-def camera_matrix(camera):
-    """Return Mitsuba's camera-to-world matrix: its +x is the picture's left, so the frame is left-handed."""
-    forward = unit(np.subtract(camera.lookAt, camera.position))
-    right = unit(np.cross(camera.upVector, forward))
-    return matrix(-right, np.cross(forward, right), forward, camera.position)

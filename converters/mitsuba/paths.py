@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from converters import cameras
 from converters.mitsuba import bsdfs, lamps
 from converters.mitsuba.nodes import Node
 from converters.nesting import index_of, outside_indices
-from converters.solids import camera_matrix, far_plane, is_unbounded, parts, textured_plane
+from converters.solids import far_plane, is_unbounded, parts, textured_plane
 
-NEAR, FAR = 1e-3, 1e7  # scene units
 NEVER = 1_000_000  # path length from which Russian roulette starts: it would only add noise
 FILTERS = {"box": {}, "tent": {"radius": 1.0}, "gaussian": {"stddev": 0.5}, "mitchell": {"B": 1 / 3, "C": 1 / 3}}
 FLAT = ("triangle", "rectangle", "disk", "plane")  # shine on both sides
@@ -19,7 +19,7 @@ def children(loaded, remarks, exact):
     # N bounces are N + 1 segments.
     integrator = Node("integrator", "path", {
         "max_depth": description.nbounces + 1, "rr_depth": NEVER, "hide_emitters": False})
-    result = {"integrator": integrator, "sensor": sensor(description), **lamps.emitters(loaded)}
+    result = {"integrator": integrator, "sensor": _sensor(description), **lamps.emitters(loaded)}
     for name, (part, radiance) in lamps.lamps(loaded).items():
         result[name] = part_node(part, {"bsdf": lamps.BLACK, "emitter": lamps.area(radiance)})
     outside = outside_indices([shape for _, shape in loaded.shapes], description.rendermode)
@@ -58,23 +58,15 @@ def part_node(part, inside):
     return Node("shape", part.kind, {**{name: value for name, value in named.items() if value is not None}, **inside})
 
 
-def sensor(description):
+def _sensor(description):
     """Return the camera with the scene's filter and number of samples."""
-    camera = description.camera
-    pixel_filter = Node("rfilter", description.filter, FILTERS[description.filter])
+    sampler = Node("sampler", "independent", {"sample_count": description.spp})
+    return sensor_node(description.camera, sampler, Node("rfilter", description.filter, FILTERS[description.filter]))
+
+
+def sensor_node(camera, sampler, pixel_filter, with_lens=True):
+    """Return the camera as a node."""
     film = Node("film", "hdrfilm", {"width": camera.width, "height": camera.height, "pixel_format": "rgb",
                                     "component_format": "float32", "filter": pixel_filter})
-    common = {"fov": float(camera.fov), "fov_axis": "y", "near_clip": NEAR, "far_clip": FAR,
-              "to_world": camera_matrix(camera), "film": film,
-              "sampler": Node("sampler", "independent", {"sample_count": description.spp})}
-    if camera.type == "pinhole" or camera.apertureRadius == 0:
-        return Node("sensor", "perspective", common)
-    return Node("sensor", "thinlens", {**common, "aperture_radius": float(camera.apertureRadius),
-                                       "focus_distance": focus_distance(camera)})
-
-
-def focus_distance(camera):
-    """Return the distance of the sharp plane along the direction of view."""
-    if camera.focusDistance is not None:
-        return float(camera.focusDistance)
-    return float(sum((a - b) ** 2 for a, b in zip(camera.lookAt, camera.position)) ** 0.5)
+    kind, parameters = cameras.sensor(camera, with_lens)
+    return Node("sensor", kind, {**parameters, "film": film, "sampler": sampler})

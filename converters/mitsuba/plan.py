@@ -17,13 +17,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from converters.cameras import NEAR
 from converters.geometry import joined
 from converters.meshes import placement
 from converters.mitsuba import lamps, materials, paths
 from converters.mitsuba.nodes import Colour, Node, Pixels, Plan, Point
-from converters.mitsuba.paths import part_node
+from converters.mitsuba.paths import part_node, sensor_node
 from converters.nesting import outside_indices
-from converters.solids import camera_matrix, is_unbounded, parts, textured_plane
+from converters.solids import is_unbounded, parts, textured_plane
 from renderer.core.errors import Problem
 from renderer.io.image import read_texture
 from renderer.io.mesh import read_mesh
@@ -35,7 +36,6 @@ AOV_REMARKS = {
     "uv": "texture coordinates of caps and planes are Mitsuba's own",
     "shapes": "Mitsuba counts primitives: a cylinder is three shapes",
 }
-NEAR, FAR = 1e-3, 1e7  # scene units
 SAMPLES = 64  # rays a pixel where the scene asks for one: the stock counterpart is a Monte Carlo estimate
 SOUP = 64  # triangles; of more, those of one material become one mesh, because each is a file and a shape otherwise
 MOST_PLACES = 8  # that a remark names
@@ -91,20 +91,14 @@ def _integrator(description, remark):
     return Node("integrator", "path", {"max_depth": description.nbounces + 2, "rr_depth": NEVER})
 
 
-def sensor_node(camera, sampler):
-    """Return the camera; its film has the box filter, which keeps pixels independent."""
-    film = Node("film", "hdrfilm", {"width": camera.width, "height": camera.height, "pixel_format": "rgb",
-                                    "component_format": "float32", "filter": Node("rfilter", "box")})
-    return Node("sensor", "perspective", {
-        "fov": float(camera.fov), "fov_axis": "y", "near_clip": NEAR, "far_clip": FAR,
-        "to_world": camera_matrix(camera), "film": film, "sampler": sampler})
-
-
 def _sensor(description):
+    """Return the camera; its film has the box filter, which keeps pixels independent."""
+    box, has_lens = Node("rfilter", "box"), description.spp > 1  # one ray a pixel goes through the lens's middle
     if description.rendermode == "phong":
-        count = description.spp if description.spp > 1 else SAMPLES
-        return sensor_node(description.camera, Node("sampler", "independent", {"sample_count": count}))
-    return sensor_node(description.camera, Node("sampler", "stratified", {"jitter": False, "sample_count": 1}))
+        sampler = Node("sampler", "independent", {"sample_count": description.spp if has_lens else SAMPLES})
+        return sensor_node(description.camera, sampler, box, has_lens)
+    sampler = Node("sampler", "stratified", {"jitter": False, "sample_count": 1})
+    return sensor_node(description.camera, sampler, box, False)
 
 
 def _centre(loaded, shape, look_at):

@@ -45,17 +45,30 @@ def axes(camera):
     return forward, right, cross(forward, right)
 
 
-def pack_view(camera):
-    """Return position, unit direction forward and its rest, the steps of one pixel, and the middle in pixels."""
+def view_height(camera, distance=1.0):
+    """Return how high what the field of view shows is at a distance along forward, scene units."""
+    return 2 * math.tan(math.radians(camera.fov) / 2) * distance
+
+
+def pack_view(camera, height):
+    """Return position, unit direction forward and its rest, the steps of one pixel, and the middle in pixels.
+
+    `height` is that of the picture, in scene units.
+    """
     forward, right, up = axes(camera)
     rest = [component - single(component) for component in forward]
-    step = 2 * math.tan(math.radians(camera.fov) / 2) / camera.height
+    step = height / camera.height
     step_x = [step * component for component in right]
     step_y = [-step * component for component in up]
     return [*camera.position, *forward, *rest, *step_x, *step_y, 0.5 * camera.width, 0.5 * camera.height]
 
 
+def offset(row, position, start=0.0):
+    """Return the way from the middle of the picture to `position`, added to the small vector `start`."""
+    x, y = position.x - row[MIDDLE], position.y - row[MIDDLE + 1]
+    return dr.fma(row.vector(STEP_X), x, dr.fma(row.vector(STEP_Y), y, start))
+
+
 def direction(row, position):
     """Return the direction through `position`, as long as it takes to be 1 along forward."""
-    x, y = position.x - row[MIDDLE], position.y - row[MIDDLE + 1]
-    return row.vector(FORWARD) + dr.fma(row.vector(STEP_X), x, dr.fma(row.vector(STEP_Y), y, row.vector(REST)))
+    return row.vector(FORWARD) + offset(row, position, row.vector(REST))

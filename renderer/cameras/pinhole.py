@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-from renderer.cameras.base import POSITION, CameraKind, direction, pack_view, register
+from renderer.cameras.base import POSITION, CameraKind, direction, pack_view, register, view_height
 
 
 def ray(row, position, u2=None):
@@ -10,4 +10,4 @@ def ray(row, position, u2=None):
     return row.vector(POSITION), dr.normalize(direction(row, position))
 
 
-register(CameraKind("pinhole", pack_view, ray))
+register(CameraKind("pinhole", lambda camera: pack_view(camera, view_height(camera)), ray))

@@ -6,7 +6,7 @@ With d the point on the unit disk, the origin is position + radius (d_y up - d_x
 
 import drjit as dr
 
-from renderer.cameras.base import END, POSITION, CameraKind, axes, direction, pack_view, register
+from renderer.cameras.base import END, POSITION, CameraKind, axes, direction, pack_view, register, view_height
 from renderer.core.vectors import length, subtract
 from renderer.core.warp import square_to_disk
 
@@ -19,7 +19,7 @@ def pack(camera):
     lens_x = [-camera.apertureRadius * component for component in right]
     lens_y = [camera.apertureRadius * component for component in up]
     focus = camera.focusDistance or length(subtract(camera.lookAt, camera.position))
-    return [*pack_view(camera), *lens_x, *lens_y, 1 / focus]
+    return [*pack_view(camera, view_height(camera)), *lens_x, *lens_y, 1 / focus]
 
 
 def ray(row, position, u2=None):

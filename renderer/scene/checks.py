@@ -64,11 +64,14 @@ def _check_camera(camera, findings):
     at = (None, "camera")
     if camera.width * camera.height > schema.MAX_PIXELS:
         findings.append(Finding((at, "width"), too_many_pixels(camera.width, camera.height)))
-    if camera.type == "pinhole" and camera.apertureRadius > 0:
-        message = "a pinhole has no lens, so all is sharp; set type to \"thinlens\" for depth of field"
+    if camera.type != "thinlens" and camera.apertureRadius > 0:
+        message = f"type {camera.type} has no lens, so all is sharp; set type to \"thinlens\" for depth of field"
         findings.append(Finding((at, "apertureRadius"), message, severity=WARNING))
     if camera.type == "thinlens" and camera.apertureRadius == 0:
         findings.append(Finding((at, "type"), "a lens with apertureRadius 0 shows all sharp", severity=NOTE))
+    if camera.type != "orthographic" and camera.viewHeight is not None:
+        message = f"type {camera.type} shows what fov says; set type to \"orthographic\" for parallel rays"
+        findings.append(Finding((at, "viewHeight"), message, severity=WARNING))
     view = subtract(camera.lookAt, camera.position)
     scale = max(map(abs, camera.lookAt + camera.position))
     if length(view) <= FLAT * scale or not any(view):

@@ -272,9 +272,9 @@ LIGHT_KINDS = {"pointlight": Record(PointLight), "spot": Record(SpotLight), "dir
 
 @node
 class Camera(Node):
-    """A pinhole or a thin lens: +x of the picture is upVector x forward, rows run from the top."""
+    """A pinhole, a thin lens, or parallel rays: +x of the picture is upVector x forward, rows run from the top."""
 
-    type: str = key(Choice("camera type", ("pinhole", "thinlens")), "kind of camera", default="pinhole")
+    type: str = key(Choice("camera type", ("pinhole", "thinlens", "orthographic")), "kind of camera", default="pinhole")
     width: int = key(Integer(1, MAX_SIDE), "width of the picture", default=1200, unit="pixels")
     height: int = key(Integer(1, MAX_SIDE), "height of the picture", default=800, unit="pixels")
     position: tuple = key(POINT, "position of the eye", unit=LENGTH)
@@ -285,6 +285,10 @@ class Camera(Node):
     focusDistance: float | None = key(
         Optional(POSITIVE), "distance, along the direction of view, of the plane that a `thinlens` shows sharp; "
         "absent: that of lookAt", default=None, unit=LENGTH
+    )
+    viewHeight: float | None = key(
+        Optional(POSITIVE), "height of what an `orthographic` camera shows; absent: of what `fov` shows at lookAt",
+        default=None, unit=LENGTH
     )
     exposure: float = key(NON_NEGATIVE, "tone mapping multiplies by exposure / 0.1", default=0.1)
 

@@ -17,7 +17,9 @@ from tests.support.scenes import MATT, loaded
 RAYS = 2000
 VIEW = Camera(width=120, height=80, position=(1.0, 2.0, -5.0), lookAt=(0.3, 0.5, 1.0), upVector=(0.2, 1.0, 0.1), fov=50.0)
 LENS = dataclasses.replace(VIEW, type="thinlens", apertureRadius=0.3, focusDistance=4.0)
-VIEWS = {"pinhole": VIEW, "thinlens": LENS, "focused_on_lookAt": dataclasses.replace(LENS, focusDistance=None)}
+PLAN = dataclasses.replace(VIEW, type="orthographic")
+VIEWS = {"pinhole": VIEW, "thinlens": LENS, "focused_on_lookAt": dataclasses.replace(LENS, focusDistance=None),
+         "orthographic": PLAN, "low_plan": dataclasses.replace(PLAN, viewHeight=0.7)}
 
 
 def numbers(seed=0):
@@ -48,14 +50,17 @@ def test_rays_are_mitsubas(camera):
     film, lens = numbers()
     forward = unit(np.subtract(camera.lookAt, camera.position))
     right = unit(np.cross(camera.upVector, forward))
-    matrix = np.eye(4)
-    matrix[:3] = np.stack([-right, np.cross(forward, right), forward, camera.position], 1)
-    settings = {"type": "perspective"}
+    distance, scale = np.linalg.norm(np.subtract(camera.lookAt, camera.position)), 1.0
+    settings = {"type": "perspective", "fov": camera.fov, "fov_axis": "y"}
     if camera.type == "thinlens":
-        focus = camera.focusDistance or np.linalg.norm(np.subtract(camera.lookAt, camera.position))
-        settings = {"type": "thinlens", "aperture_radius": camera.apertureRadius, "focus_distance": float(focus)}
-    sensor = mi.load_dict({**settings, "fov": camera.fov, "fov_axis": "y", "to_world": mi.ScalarTransform4f(matrix),
-                           "near_clip": 1e-3, "far_clip": 1e4,
+        focus = camera.focusDistance or distance
+        settings |= {"type": "thinlens", "aperture_radius": camera.apertureRadius, "focus_distance": float(focus)}
+    if camera.type == "orthographic":  # Mitsuba's is 2 units wide
+        height = camera.viewHeight or 2 * distance * np.tan(np.radians(camera.fov / 2))
+        settings, scale = {"type": "orthographic"}, height * camera.width / camera.height / 2
+    matrix = np.eye(4)
+    matrix[:3] = np.stack([-scale * right, scale * np.cross(forward, right), forward, camera.position], 1)
+    sensor = mi.load_dict({**settings, "to_world": mi.ScalarTransform4f(matrix), "near_clip": 1e-3, "far_clip": 1e4,
                            "film": {"type": "hdrfilm", "width": camera.width, "height": camera.height}})  # fmt: skip
     theirs, _ = sensor.sample_ray(0.0, 0.0, mi.Point2f(film), mi.Point2f(lens))
     o, d = rays(camera, film, lens)
@@ -63,6 +68,16 @@ def test_rays_are_mitsubas(camera):
     passed = np.sum((theirs.o.numpy() - o) * d, 0)
     assert np.abs(theirs.o.numpy() - passed * d - o).max() < 3e-6
     assert np.abs(theirs.d.numpy() - d).max() < 2e-6
+
+
+def test_plan_shows_what_a_pinhole_does_at_lookat():
+    """Without a height of its own: there, both rays through a point of the picture meet; elsewhere they do not."""
+    film, lens = numbers(3)
+    forward = unit(np.subtract(VIEW.lookAt, VIEW.position))
+    (o, d), (eye, straight) = rays(PLAN, film, lens), rays(VIEW, film, lens)
+    distance = np.linalg.norm(np.subtract(VIEW.lookAt, VIEW.position))
+    assert np.abs(o + d * distance - eye - straight * distance / (forward @ straight)).max() < 1e-5
+    assert np.abs(forward @ (o.T - VIEW.position).T).max() < 1e-6 and np.abs(d - forward[:, None]).max() < 1e-7
 
 
 def test_rays_of_one_point_meet_in_the_plane_in_focus():
@@ -89,6 +104,7 @@ def test_closed_lens_is_a_pinhole():
     """The same code, not just the same rays; and without numbers a ray leaves the middle of the lens."""
     assert kind_of(dataclasses.replace(LENS, apertureRadius=0.0)) is KINDS["pinhole"]
     assert kind_of(LENS) is KINDS["thinlens"] and kind_of(VIEW) is KINDS["pinhole"]
+    assert kind_of(PLAN) is KINDS["orthographic"]
     kind, row = compile_camera(LENS)
     position = Vector2f(numbers()[0] * 80)
     straight = compile_camera(VIEW)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from converters import mitsuba as export
-from converters import whitted
+from converters import cameras, whitted
 from converters.mitsuba.as_dict import part_object  # chooses the variant
 from converters.mitsuba.lamps import both_sides
-from converters.mitsuba.paths import focus_distance
+from converters.mitsuba.plan import plan
 from converters.nesting import outside_indices
 from converters.solids import parts
 from renderer.io.image import write_exr
@@ -174,7 +174,18 @@ def _middle(side):
 def test_focus_is_on_what_is_looked_at(tmp_path):
     """Without a distance, the sharp plane goes through the point looked at."""
     camera = {"type": "thinlens", "apertureRadius": 0.1, "position": [1, 2, 3], "lookAt": [1, 2, 8]}
-    assert focus_distance(prepare(tmp_path, scene(camera=camera)).description.camera) == pytest.approx(5)
+    kind, parameters = cameras.sensor(prepare(tmp_path, scene(camera=camera)).description.camera)
+    assert kind == "thinlens" and parameters["focus_distance"] == pytest.approx(5)
+
+
+@pytest.mark.parametrize(("mode", "samples", "kind"), [
+    ("phong", 1, "perspective"), ("phong", 16, "thinlens"), ("normals", 16, "perspective"), ("pathtracer", 1, "thinlens"),
+])
+def test_lens_is_exported_where_it_blurs(tmp_path, mode, samples, kind):
+    """One ray a pixel goes through the middle of the lens, but in mode `pathtracer`; debug modes have no other."""
+    camera = {"type": "thinlens", "apertureRadius": 0.1}
+    loaded = prepare(tmp_path, scene(camera=camera, samples=samples, rendermode=mode))
+    assert plan(loaded).children["sensor"].type == kind
 
 
 def test_glass_around_glass_depends_on_the_mode(tmp_path):

@@ -16,10 +16,12 @@ VIEWS = {
     "narrow_from_far": {"fov": 4.0, "position": [5.0, 9.0, -30.0]},
     "portrait": {"width": 120, "height": 200},
     "one_row": {"width": 300, "height": 3},
+    "orthographic": {"type": "orthographic", "fov": 40.0},
+    "orthographic_of_a_height": {"type": "orthographic", "viewHeight": 2.5, "upVector": [0.3, 1.0, 0.1]},
 }
 
 
 @pytest.mark.parametrize("view", VIEWS)
-def test_camera_pinhole(agree, view):
+def test_camera(agree, view):
     """Every view of the same shapes agrees, so right is right, up is up and fov is vertical."""
     agree(scene(shape("cylinder"), shape("triangle"), GROUND, camera=VIEWS[view]), ("shape", "depth", "normal", "rgb"))

@@ -118,6 +118,8 @@ CASES = {
     "thinlens_focus": at_camera("focusDistance", times(1.02), 256, (BALL, NEAR, FLOOR), **LENS),
     "thinlens_default_focus": at_camera("lookAt", [0.05, 0.2, 0.3], 256, (BALL, NEAR, FLOOR), type="thinlens",
                                         apertureRadius=0.2),
+    "orthographic": at_camera("viewHeight", times(1.01), 512, type="orthographic", viewHeight=3.0),
+    "orthographic_as_fov": at_camera("fov", times(1.01), 512, type="orthographic"),
     "fov": at_camera("fov", times(1.01), 512),
     "upright": at_camera("upVector", [0.31, 1.0, 0.0], 64, width=32, height=48, upVector=[0.3, 1.0, 0.0]),
     **{f"bounces_{n}": in_room(BLOCK, bounces=n, samples=SAMPLES[n]) for n in SAMPLES},

@@ -208,7 +208,7 @@ def test_a_pinhole_of_ours_stays_one(document):
     document["camera"] |= {"apertureRadius": 0.5, "FOV": 30}
     loaded = from_dict(document)
     assert loaded.description.camera.type == "pinhole"
-    assert any("pinhole has no lens" in warning.message for warning in loaded.warnings)
+    assert any("type pinhole has no lens" in warning.message for warning in loaded.warnings)
 
 
 @pytest.mark.parametrize("mode", ["path", "pathtracing", "PathTracer"])
