@@ -12,7 +12,7 @@ import copy
 
 import numpy as np
 
-from benchmarks.path_scenes import write_ply
+from renderer.io import mesh_ply
 from renderer.scene.schema import PATHTRACER, World
 
 PARTS = ("shapes", "lights", "materials", "textures", "surroundings", "lens")
@@ -188,5 +188,5 @@ def _surroundings(folder, colour):
 def _mesh(folder, place):
     """Return a mesh: a tetrahedron."""
     faces = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)])
-    write_ply(folder / "inert.ply", np.array(_tetrahedron(place)), faces)
+    mesh_ply.write(folder / "inert.ply", np.array(_tetrahedron(place)), faces)
     return {"type": "mesh", "filename": "inert.ply"}

@@ -10,6 +10,7 @@ import numpy as np
 
 from benchmarks.measure import ROOT
 from benchmarks.mesh_scenes import bumpy
+from renderer.io import mesh_ply
 
 GREY, RED, GREEN = (
     {"bsdf": {"type": "diffuse", "reflectance": colour}} for colour in ([0.7] * 3, [0.6, 0.1, 0.1], [0.1, 0.5, 0.15])
@@ -68,7 +69,7 @@ def many_lights(folder):
 def mesh(folder, triangles=100_000):
     """A bumpy closed mesh of matt material on a floor, under a lamp."""
     vertices, faces = bumpy(triangles)
-    write_ply(folder / "bumpy.ply", vertices, faces)
+    mesh_ply.write(folder / "bumpy.ply", vertices, faces)
     shapes = [{"type": "mesh", "filename": "bumpy.ply", "transform": [{"scale": 0.9}], "material": GREY},
               rectangle([0, -1, 0], [8, 0, 0], [0, 0, 8], GREY)]  # fmt: skip
     return scene(shapes, [lamp([1, 3, -1], 1.0, [20.0] * 3)], nbounces=5)
@@ -120,13 +121,3 @@ def write_sky(path, width=512, height=256):
     image[60:66, 350:356] = [900.0, 800.0, 600.0]
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
     OpenEXR.File(header, {"RGB": image}).write(str(path))
-
-
-def write_ply(path, vertices, faces):
-    """Write a binary PLY file."""
-    header = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\n"
-              f"property float y\nproperty float z\nelement face {len(faces)}\n"
-              "property list uchar int vertex_indices\nend_header\n")  # fmt: skip
-    rows = np.zeros(len(faces), [("count", "u1"), ("corners", "<i4", 3)])
-    rows["count"], rows["corners"] = 3, faces
-    path.write_bytes(header.encode() + np.asarray(vertices, "<f4").tobytes() + rows.tobytes())
