@@ -50,6 +50,10 @@ def _run(arguments, start):
         return doctor.main(arguments[1:])
     if arguments and arguments[0] == "schema":
         return _print_schema(arguments[1:])
+    if arguments and arguments[0] == "compare":
+        from renderer import comparison
+
+        return comparison.main(arguments[1:], _say)
     return _render(command_line.parse(arguments), start)
 
 
@@ -211,12 +215,16 @@ def _load_engine(backend, threads):
 
 def _header(loaded, options, rendering):
     """Return the settings that an EXR carries, as text."""
+    from renderer.scene import schema
+
     description = loaded.description
     exposure = description.camera.exposure if options.exposure is None else options.exposure
+    encoding = options.encoding or ("srgb" if description.rendermode == schema.PATHTRACER else "linear")
     settings = {
         "version": __version__, "scene": loaded.path, "mode": description.rendermode, "samples": rendering.samples,
         "size": f"{description.camera.width}x{description.camera.height}", "seed": options.seed,
-        "nbounces": description.nbounces, "exposure": exposure,
+        "nbounces": description.nbounces, "exposure": exposure, "tonemap": options.tonemap or description.tonemap,
+        "encoding": encoding,
     }
     return {f"renderer.{name}": str(value) for name, value in settings.items()}
 

@@ -7,18 +7,27 @@ import re
 from renderer import __version__
 from renderer.core.errors import UsageError
 
-COMMANDS = ("doctor", "schema")
+COMMANDS = ("doctor", "schema", "compare")
 BACKENDS = ("llvm", "cuda")  # as renderer.core.backend has them, which cannot be asked without loading Dr.Jit
 ACCELS = ("auto", "bvh", "grid", "none")  # as renderer.scene.arrange has them, which loads Dr.Jit too
 ENCODINGS = ("linear", "srgb")
+LIMITED = ("mse", "relative_mse", "psnr", "ssim", "flip", "differing_share", "greatest_levels")  # of compare
 MAX_SEED = 2**32 - 1
 MAX_THREADS = 1024  # more threads than that are a typing mistake that would exhaust the machine
 EPILOG = """\
 commands in place of a scene:
   doctor                is everything there that rendering needs? If not: what to do
   schema                print the JSON Schema of scene files, for editors
+  compare A B           how far picture A is from reference B (see: python -m renderer compare --help)
 
 exit status: 0 done, 1 the render failed, 2 the input cannot be used, 130 interrupted
+"""
+COMPARISON_EPILOG = """\
+examples:
+  python -m renderer compare mine.ppm reference.exr -o difference.png
+  python -m renderer compare mine.png theirs.png --json --limit flip=0.1 --limit ssim=0.9
+
+exit status: 0 done, 1 something is worse than its limit or could not be written, 2 the input cannot be used
 """
 
 
@@ -82,8 +91,59 @@ def build_parser():
 
 
 def parse(arguments):
-    """Return the options; raises UsageError with the nearest known name of an unknown option."""
+    """Return the options of a render; raises UsageError."""
     parser = build_parser()
+    options = _parsed(parser, arguments)
+    if options.sample is not None and options.pixel is None:
+        parser.error("--sample needs --pixel X,Y")
+    if options.scene in COMMANDS and not os.path.exists(options.scene):
+        parser.error(f"'{options.scene}' takes no options of a render; it stands in the first place")
+    return options
+
+
+def build_comparison_parser():
+    """Return the parser of what follows `compare`."""
+    from renderer.scene import schema
+
+    parser = Parser(
+        prog="python -m renderer compare", allow_abbrev=False, epilog=COMPARISON_EPILOG,
+        description="Tell how far a picture is from a reference of one size with it: PPM, PNG, JPEG, EXR, HDR.",
+        formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, max_help_position=26),
+    )
+    add = parser.add_argument
+    add("picture", metavar="PICTURE", help="what is judged")
+    add("reference", metavar="REFERENCE", help="what it should look like")
+    add = parser.add_argument_group("what is told").add_argument
+    add("-o", "--output", action="append", metavar="FILE",
+        help=".ppm or .png: picture, reference and a coloured difference beside one another; .exr: picture less "
+        "reference, linear; '-' writes a PPM to standard output, and the table to standard error")
+    add("--gain", type=_positive, metavar="X", help="differences in -o are shown X times as large (default: what fits)")
+    add("--json", action="store_true", help="print one line of JSON in place of the table")
+    add("--limit", type=_limit, action="append", default=[], metavar="MEASURE=VALUE",
+        help="exit with status 1 if it is greater (psnr, ssim: smaller); repeat it for several: " + " | ".join(LIMITED))
+    add = parser.add_argument_group(
+        "how radiance is shown", "For EXR and HDR; an EXR of ours tells these itself, that of the reference first."
+    ).add_argument
+    add("--exposure", type=_exposure, metavar="X", help="radiance is multiplied by X / 0.1 (default 0.1)")
+    add("--tonemap", choices=schema.TONEMAPS, metavar="CURVE", help=" | ".join(schema.TONEMAPS) + " (default linear)")
+    add("--encoding", choices=ENCODINGS, metavar="NAME",
+        help=" | ".join(ENCODINGS) + ": what 8-bit values are, also where both pictures have 8 bits (default srgb)")
+    return parser
+
+
+def parse_comparison(arguments):
+    """Return the options of `compare`; raises UsageError."""
+    parser = build_comparison_parser()
+    options = _parsed(parser, arguments)
+    if options.gain is not None and not options.output:
+        parser.error("--gain needs -o FILE")
+    if options.json and "-" in (options.output or []):
+        parser.error("--json and '-o -' would both be written to standard output")
+    return options
+
+
+def _parsed(parser, arguments):
+    """Return the options; raises UsageError with the nearest known name of an unknown option."""
     options, unknown = parser.parse_known_args(arguments)
     if unknown:
         import difflib
@@ -91,10 +151,6 @@ def parse(arguments):
         known = [name for action in parser._actions for name in action.option_strings]
         near = difflib.get_close_matches(unknown[0].split("=")[0], known, n=1)
         parser.error(f"unknown argument '{unknown[0]}'" + (f", did you mean '{near[0]}'?" if near else ""))
-    if options.sample is not None and options.pixel is None:
-        parser.error("--sample needs --pixel X,Y")
-    if options.scene in COMMANDS and not os.path.exists(options.scene):
-        parser.error(f"'{options.scene}' takes no options of a render; it stands alone")
     return options
 
 
@@ -123,6 +179,15 @@ def _size(text):
     if not match:
         raise argparse.ArgumentTypeError(f"must look like 1200x800, got '{text}'")
     return int(match[1]), int(match[2])
+
+
+def _limit(text):
+    """Return (measure, value) from `flip=0.1`."""
+    name, _, number = text.partition("=")
+    value = _finite(number)
+    if name not in LIMITED or value is None:
+        raise argparse.ArgumentTypeError(f"must look like flip=0.1, with one of {', '.join(LIMITED)}, got '{text}'")
+    return name, value
 
 
 def _exposure(text):

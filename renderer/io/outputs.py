@@ -25,11 +25,11 @@ class Grading:
     encoding: str | None = None
 
 
-def check(paths, inputs=()):
+def check(paths, inputs=(), what="the scene"):
     """Return nothing if a picture can be written to every one of `paths`; nothing is written.
 
     Raises: UsageError for a path that has an unknown extension, is not writable, is given twice, or is one of the
-    files `inputs` that the scene is read from; the message names all of them.
+    files `inputs` that `what` is read from; the message names all of them.
     """
     mistakes, seen, inputs = [], set(), {os.path.realpath(file) for file in inputs}
     for path in paths:
@@ -40,7 +40,7 @@ def check(paths, inputs=()):
         seen.add(place)
         try:
             if place in inputs:
-                raise UsageError(f"{path}: the scene is read from this file; choose another output")
+                raise UsageError(f"{path}: {what} is read from this file; choose another output")
             _check_one(path)
         except UsageError as error:
             mistakes.append(str(error))

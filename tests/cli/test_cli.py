@@ -97,7 +97,7 @@ def test_exr_carries_the_settings(scene, engine):
     settings = {key.removeprefix("renderer."): value for key, value in header.items() if key.startswith("renderer.")}
     assert settings == {
         "version": __version__, "scene": scene, "mode": "phong", "samples": "4", "size": "6x4", "seed": "5",
-        "nbounces": "2", "exposure": "0.2",
+        "nbounces": "2", "exposure": "0.2", "tonemap": "linear", "encoding": "linear",
     }
 
 

@@ -3,31 +3,42 @@
 import re
 from pathlib import Path
 
+import pytest
+
 from renderer import __version__, cli, options as command_line
 from renderer.core import errors
 
 PAGE = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text()
-ROWS = [line for line in PAGE.splitlines() if line.startswith("| `-")]
+PARTS = PAGE.split("\n## Comparing pictures\n")
+PARSERS = [command_line.build_parser, command_line.build_comparison_parser]
+parts_and_parsers = pytest.mark.parametrize("part, parser", list(zip(PARTS, PARSERS)), ids=["render", "compare"])
 
 
-def options():
+def rows(part):
+    """Return the rows of options of a part of the page."""
+    return [line for line in part.splitlines() if line.startswith("| `-")]
+
+
+def options(parser):
     """Return the parser's actions that have option names."""
-    return [action for action in command_line.build_parser()._actions if action.option_strings]
+    return [action for action in parser()._actions if action.option_strings]
 
 
-def test_every_option_has_its_row():
+@parts_and_parsers
+def test_every_option_has_its_row(part, parser):
     """Names and place holder, in the first column."""
-    told = {cell for row in ROWS for cell in re.findall(r"`([^`]+)`", row.split("|")[1])}
+    told = {cell for row in rows(part) for cell in re.findall(r"`([^`]+)`", row.split("|")[1])}
     known = {f"{name} {action.metavar}" if action.metavar else name
-             for action in options() for name in action.option_strings}
+             for action in options(parser) for name in action.option_strings}
     assert told == known
 
 
-def test_every_choice_is_told():
+@parts_and_parsers
+def test_every_choice_is_told(part, parser):
     """Modes, curves, encodings and backends, in the row of their option."""
-    for action in options():
+    for action in options(parser):
         for choice in action.choices or ():
-            row, = [row for row in ROWS if f"`{action.option_strings[-1]} " in row]
+            row, = [row for row in rows(part) if f"`{action.option_strings[-1]} " in row]
             assert f"`{choice}`" in row
 
 

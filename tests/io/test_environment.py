@@ -143,8 +143,8 @@ def test_an_image_without_light_is_allowed(tmp_path):
 
 @pytest.mark.parametrize(("name", "content", "message"), [
     ("gone.exr", None, "no such file"),
-    ("text.exr", b"once upon a time", "not a PPM, PNG or JPEG image"),
-    ("empty.hdr", b"", "not a PPM, PNG or JPEG image"),
+    ("text.exr", b"once upon a time", "not a PPM, PNG, JPEG, EXR or HDR picture"),
+    ("empty.hdr", b"", "not a PPM, PNG, JPEG, EXR or HDR picture"),
     ("cut.exr", b"\x76\x2f\x31\x01\x02\x00", "damaged"),
     ("cut.hdr", HEADER % (2, 9) + bytes(30), "ends too early"),
     ("cut2.hdr", HEADER % (1, 9) + bytes([2, 2, 0, 9, 137]), "ends too early"),
