@@ -23,7 +23,7 @@ class Run:
     mse: float
     relative_mse: float
     ssim: float
-    flip: float
+    flip: float | None  # None where its package is not there
     on_gpu: bool = False
 
     @property

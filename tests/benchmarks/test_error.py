@@ -3,6 +3,7 @@
 import dataclasses
 import io
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -110,6 +111,18 @@ def test_levels_stop_where_pictures_take_too_long(monkeypatch):
     runs = error._in_turns(field, {"slow": Fake("slow", 0.3, 1), "rounds": Fake("rounds", 0.1, 4)}, judge, 2, 2.0)
     assert asked == 2 * [("slow", 1), ("rounds", 1)] + 2 * [("slow", 4)] + 2 * [("rounds", 16)]
     assert [one.samples for one in runs["rounds"]] == [4, 4, 16, 16]
+
+
+def test_flip_may_be_missing(monkeypatch):
+    """Its makers offer no package for every machine: the column stays empty, and the other measures are there."""
+    monkeypatch.setitem(sys.modules, "flip_evaluator", None)
+    judge = error.Judge.__new__(error.Judge)
+    judge._exposure, judge._reference = 1.0, np.full((12, 12, 3), 0.5)
+    found = judge.measures(np.full((12, 12, 3), 0.25))
+    assert found["flip"] is None and found["mse"] == 0.0625 and 0 < found["ssim"] < 1
+    row, = error._curve_rows("cornell", "ours", [Run(1, 1, 0, 1.0, 1.0, **found)])
+    assert row["FLIP"] is None and row["MSE"]["median"] == 0.0625
+    assert table.cell(row["FLIP"], "FLIP") == "-"
 
 
 def test_every_scene_has_the_same_contenders_but_for_the_plugin():
