@@ -120,7 +120,7 @@ def test_flip_may_be_missing(monkeypatch):
     judge._exposure, judge._reference = 1.0, np.full((12, 12, 3), 0.5)
     found = judge.measures(np.full((12, 12, 3), 0.25))
     assert found["flip"] is None and found["mse"] == 0.0625 and 0 < found["ssim"] < 1
-    row, = error._curve_rows("cornell", "ours", [Run(1, 1, 0, 1.0, 1.0, **found)])
+    row, = error._curve_rows("cornell", error.Contender("ours", "ours", None), [Run(1, 1, 0, 1.0, 1.0, **found)])
     assert row["FLIP"] is None and row["MSE"]["median"] == 0.0625
     assert table.cell(row["FLIP"], "FLIP") == "-"
 
