@@ -6,10 +6,11 @@ SCENE ?= scenes/scene.json
 OUT ?= out/$(basename $(notdir $(SCENE))).ppm
 ARGS ?=
 
-.PHONY: help setup run test test-all testsuite bench report docs doctor clean
+.PHONY: help setup run compare test test-all testsuite bench report docs doctor clean
 
 help:
 	@echo "make run        render SCENE (default: $(SCENE)) to OUT (default: $(OUT))"
+	@echo "make compare    tell how far picture A is from reference B: make compare A=mine.ppm B=scene.exr"
 	@echo "make test       run the tests (make test-all: the slow ones too); ARGS are passed on to pytest"
 	@echo "make testsuite  render the pictures of TestSuite/"
 	@echo "make bench      measure speed, error and memory beside Mitsuba"
@@ -26,6 +27,9 @@ run: setup
 	@mkdir -p $(dir $(OUT))
 	@$(VENV_PYTHON) -m renderer $(SCENE) -o $(OUT) $(ARGS)
 	@echo "The picture is in $(OUT)"
+
+compare: setup-compare
+	@$(VENV_PYTHON) -m renderer compare $(A) $(B) $(ARGS)
 
 test: setup-test
 	@$(VENV_PYTHON) -m pytest $(ARGS)
@@ -51,7 +55,7 @@ doctor: setup
 clean:
 	rm -rf .venv out .pytest_cache .hypothesis
 
-.PHONY: setup-test setup-bench setup-report require-python
+.PHONY: setup-test setup-bench setup-report setup-compare require-python
 setup-test: require-python
 	@$(PYTHON) tools/setup.py run test
 
@@ -60,6 +64,9 @@ setup-bench: require-python
 
 setup-report: require-python
 	@$(PYTHON) tools/setup.py run test report
+
+setup-compare: require-python
+	@$(PYTHON) tools/setup.py run compare
 
 require-python:
 	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) was not found; Python 3.11 or newer is needed" >&2; exit 1; }

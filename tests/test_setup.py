@@ -74,7 +74,7 @@ def test_lists_agree():
             assert versions.setdefault(package, version) == version
 
 
-@pytest.mark.parametrize("name", ["run", "test", "bench", "report", "llvm"])
+@pytest.mark.parametrize("name", ["run", "test", "bench", "compare", "report", "llvm"])
 def test_direct_dependencies_are_pinned(name):
     """What `pyproject.toml` asks for is in the list of its name, in a version that it allows."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -86,7 +86,7 @@ def test_direct_dependencies_are_pinned(name):
         assert numbers[0] == numbers[1] if relation == "==" else numbers[0] >= numbers[1]
 
 
-@pytest.mark.parametrize("name", ["run", "test", "bench", "report"])
+@pytest.mark.parametrize("name", ["run", "test", "bench", "compare", "report"])
 def test_lists_hold_all_that_is_needed(name):
     """No package of a list needs one that is in none: otherwise its version would be left to chance."""
     from importlib import metadata
@@ -219,7 +219,8 @@ def test_unknown_set_is_refused(capsys):
     assert "unknown package set tset" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("target", ["help", "setup", "run", "test", "test-all", "testsuite", "bench", "report", "docs", "doctor"])
+@pytest.mark.parametrize("target", ["help", "setup", "run", "compare", "test", "test-all",
+                                    "testsuite", "bench", "report", "docs", "doctor"])
 def test_makefile_has_the_target(target):
     """Every target that the README or `make help` names can be planned by make."""
     done = subprocess.run(["make", "-n", target], cwd=ROOT, capture_output=True, text=True)

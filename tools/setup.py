@@ -1,6 +1,6 @@
 """Sets the project up: a virtual environment with pinned packages, and an LLVM library that Dr.Jit can use.
 
-`make` calls it before everything else, with the sets of packages that are needed (`run`, `test`, `bench`, `report`).
+`make` calls it before everything else, with the sets of packages that are needed (`run`, `test`, `compare`, ...).
 What is done already is not done again, so a second call takes a few hundredths of a second; what was interrupted is
 done afresh. It uses only the standard library, and runs under whatever Python is called `python3`.
 """
@@ -17,7 +17,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 OLDEST_PYTHON = (3, 11)
 NEWER_PYTHONS = ("python3.11", "python3.12", "python3.13", "python3.14")
-PACKAGE_SETS = {"run": "to render", "test": "to test", "bench": "to measure", "report": "to typeset the report"}
+PACKAGE_SETS = {"run": "to render", "test": "to test", "bench": "to measure", "report": "to typeset the report",
+                "compare": "to compare pictures"}
 APT_LIMIT = 600  # seconds for one call of apt-get; a machine without a network answers sooner
 APT_OPTIONS = ("-o", "Acquire::Retries=1", "-o", "Acquire::http::Timeout=20", "-o", "DPkg::Lock::Timeout=60")
 
