@@ -35,8 +35,7 @@ BENCHMARKS = {
     "features": "what each feature of the assignment sheets costs: scenes with it and without it",
 }
 NEED_MITSUBA = ("against_mitsuba", "paths", "error", "meshes")  # all of them have ratios against it
-BESIDE_MITSUBA = (*NEED_MITSUBA, "growth")  # in which it is measured, too
-ALSO_MITSUBA = ("features",)  # has some, which tell what features cost and are held to nothing
+BESIDE_MITSUBA = (*NEED_MITSUBA, "growth", "features")  # in which it is measured, too
 WITH_SCENES = {  # modules with SCENES, which import no Dr.Jit, of the benchmarks of which single scenes can be measured
     "paths": "benchmarks.path_scenes", "error": "benchmarks.error_scenes", "needs": "benchmarks.needs_scenes",
     "features": "benchmarks.feature_scenes",
@@ -148,7 +147,7 @@ def _complaint(options, names):
         return f"cannot write to '{options.json}'"
     if options.triangles is not None and not 1 <= options.triangles <= LARGEST_MESH:
         return f"--triangles {options.triangles} is not between 1 and {LARGEST_MESH}"
-    if {*NEED_MITSUBA, *ALSO_MITSUBA} & set(names) and not options.measured and importlib.util.find_spec("mitsuba") is None:
+    if set(BESIDE_MITSUBA) & set(names) and not options.measured and importlib.util.find_spec("mitsuba") is None:
         return "Mitsuba is not installed; `make bench` sees to it"
     if PLOTTED in names and not options.measured and importlib.util.find_spec("matplotlib") is None:
         return "matplotlib is not installed; `make bench` sees to it"
