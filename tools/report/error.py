@@ -8,6 +8,7 @@ from pathlib import Path
 from benchmarks import plots
 from benchmarks.error_curves import EQUAL_SAMPLES, MARGIN
 from benchmarks.error_scenes import HEIGHT, WIDTH
+from benchmarks.targets import Figure
 from tools.report import drawing, results
 
 COLUMNS = 4  # of small plots
@@ -142,16 +143,10 @@ def references():
 
 
 def missed():
-    """Return what was asked of path tracing and not reached, a row each: figure, reached, asked, aim."""
-    return {"missed": [[figure["name"], *(results.digits(figure[key]) for key in ("reached", "least"))]
-                       for figure in results.results()["benchmarks"]["paths"]["figures"]
-                       if figure["least"] is not None and not holds(figure, "least")]}  # fmt: skip
-
-
-def holds(figure, limit):
-    """Return whether a figure keeps its limit."""
-    reached, asked = figure["reached"], figure[limit]
-    return reached <= asked if figure["better"] == "lower" else reached >= asked
+    """Return what was asked of path tracing and not reached, a row each: figure, reached, asked."""
+    judged = (Figure(**figure) for figure in results.results()["benchmarks"]["paths"]["figures"])
+    return {"missed": [[figure.name.replace(" x ", " × "), results.digits(figure.reached), results.digits(figure.least)]
+                       for figure in judged if figure.holds(figure.least) is False]}  # fmt: skip
 
 
 def about():
