@@ -75,12 +75,13 @@ class Surroundings:
 def emitters_of(world, shapes, triangles):
     """Return the Emitters among shapes [(index in the file, shape)], whose lamps follow the file's own shapes."""
     emitters = []
+    host = _on_host(triangles) if any(shape.type == MESH and any(shape.emission) for _, shape in shapes) else None
     for number, (index, shape) in enumerate(shapes):
         if any(shape.emission):
             light, own = index - len(world.shapes), None
             twosided = shape.type in sheet.CODES if light < 0 else world.lightsources[light].twosided
             if shape.type == MESH:
-                own = _areas(triangles, number)
+                own = _areas(host, number)
             emitters.append(Emitter(number, shape, twosided, _area(shape, own), own))
     return emitters
 
@@ -127,7 +128,8 @@ def light_groups(lights, emitters, environment, triangles):
         numbers_from(numbers, places, len(estimates))
         own = [(*emitters[k].triangles, emitters[k].shape.emission) for k in places]
         groups.append(MeshLights(triangles, own, len(estimates)))
-        estimates.extend(_of_mesh(triangles, emitters[k]) for k in places)
+        host = _on_host(triangles)
+        estimates.extend(_of_mesh(host, emitters[k]) for k in places)
     if surrounds:
         groups.append(Surroundings(environment, len(estimates)))
         # half of what comes from everywhere together: a surface sees half of it, but mostly turned to the brightest
@@ -171,22 +173,30 @@ def _area(shape, triangles):
     return area if TINY < area < 1 / TINY else None
 
 
-def _areas(triangles, shape_index):
+def _on_host(triangles):
+    """Return the (N,) shapes of all triangles, in order, and their three corners, (3, N) each, as host arrays.
+
+    Once for all meshes: each time it copies every triangle.
+    """
+    return triangles.shapes().numpy(), [corner.numpy() for corner in triangles.positions()]
+
+
+def _areas(host, shape_index):
     """Return the number of the first triangle of a mesh, and the (N,) areas of its triangles."""
     import numpy as np
 
-    numbers = np.flatnonzero(triangles.shapes().numpy() == shape_index)
-    first, end = int(numbers[0]), int(numbers[-1]) + 1
-    v0, v1, v2 = (corner.numpy()[:, first:end].astype(np.float64) for corner in triangles.positions())
+    shapes, corners = host
+    first, end = np.searchsorted(shapes, (shape_index, shape_index + 1)).tolist()
+    v0, v1, v2 = (corner[:, first:end].astype(np.float64) for corner in corners)
     return first, 0.5 * np.linalg.norm(np.cross(v1 - v0, v2 - v0, axis=0), axis=0)
 
 
-def _of_mesh(triangles, emitter):
+def _of_mesh(host, emitter):
     """Return the Estimate of a mesh: as of a sphere around its middle that has its area."""
     import numpy as np
 
     first, areas = emitter.triangles
-    middle = np.mean([corner.numpy()[:, first : first + len(areas)] for corner in triangles.positions()], axis=0)
+    middle = np.mean([corner[:, first : first + len(areas)] for corner in host[1]], axis=0)
     center = tuple(map(float, (middle * areas).sum(axis=1) / areas.sum()))
     strength = 0.25 * emitter.area * luminance(emitter.shape.emission)  # by Cauchy, seen from outside of a convex one
     return Estimate(center=center, strength=strength, least=0.25 * emitter.area / math.pi)
