@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from renderer.integrators.phong import STACK_SIZE
 from tools.report import pairs
 from tools.report.results import (
     THIN, cost, digits, figure, hard_case, hard_share, machine, median, percent, picture_cost, row, seconds, table,
-    times, unit, words,
+    unit, words,
 )  # fmt: skip
 
 COURSEWORK = ("binary_primitives", "simple_phong", "scene", "mirror_image")
@@ -32,7 +33,7 @@ FEATURES = {  # of the table: name, scene and mode, and the feature whose cost i
 HARD = {"camera": "pixels of a field of view of 0.1 degrees", "steep": "views 1e-3 to 1e-7 from straight up",
         "sphere": "sphere of 1e-4 from 1e3 radii: distance", "needles": "needles and triangles seen edge-on: distance of "
         "hits from their plane", "highlight": "highlight of exponent 1e5, mode phong",
-        "fresnel": "Fresnel, all angles, glass", "shells": "eight shells of glass, mode phong"}  # fmt: skip
+        "fresnel": "Fresnel, all angles, glass", "bounces": "100 bounces between two mirrors, mode phong"}  # fmt: skip
 SHARES = {"edges": "corners and edges of triangle shapes, met exactly",
           "rims": "cylinders: rays from within that aim at a rim",
           "scene_shadows": "shadows at first hits of the coursework's scene, at three scales",
@@ -49,7 +50,7 @@ def make(folder: Path) -> dict:
         numbers |= pairs.pair(folder, curve, f"features/tonemap_{curve}")
         numbers[f"{curve}_cost"] = picture_cost(f"basic.tonemap_{curve}")
     numbers["agreement"] = [agreement_row(name, *facts) for name, facts in FEATURES.items()]
-    return numbers | headlines() | coursework() | costs() | hard_cases() | schlick()
+    return numbers | headlines() | coursework() | costs() | hard_cases()
 
 
 def agreement_row(name, scene, mode, feature) -> list[str]:
@@ -90,13 +91,13 @@ def costs() -> dict[str, str]:
     """Return what features cost, and speeds of the coursework's scenes."""
     rates = [median(one["both, x Mitsuba"]) for one in table("against_mitsuba", "ratios")]
     stages = row("whole_process", "stages", stage="tone mapping and writing")
-    glass, plain = (median(row("throughput", "throughput", scene=name)["CPU seconds of a render"])
-                    for name in ("scene glass", "scene"))  # fmt: skip
+    importing = {one["a process that imports"]: median(one["wall (s)"]) for one in table("whole_process", "imports")}
     return {f"{name}_{key}": text for name in ("camera", "phong", "shadows", "reflection", "refraction")
             for key, text in cost(f"basic.{name}").items()} | {
+        "schlick": schlick(), "stack": str(STACK_SIZE),
+        "numpy": seconds(importing["numpy"] - importing["sys"]),
         "ppm_cost": picture_cost("basic.image_ppm"), "png_cost": picture_cost("basic.image_png"),
         "writing": seconds(median(stages["warm (s)"])), "rays_least": digits(min(rates)), "rays_most": digits(max(rates)),
-        "glass": times(glass / plain),
     }  # fmt: skip
 
 
@@ -107,15 +108,11 @@ def hard_cases() -> dict[str, str]:
                       for name, case in SHARES.items() for who in hard_case(case)}  # fmt: skip
 
 
-def schlick() -> dict[str, str]:
-    """Return by how much Schlick's approximation misses the reflectance of glass, seen from inside, at most."""
-    cosine = np.linspace(1e-5, 1, 100_000)
-    numbers = {}
-    for name, eta in (("outside", SCHLICK_INDEX), ("inside", 1 / SCHLICK_INDEX)):
-        transmitted = np.sqrt(np.maximum(1 - (1 - cosine**2) / eta**2, 0))
-        s = (cosine - eta * transmitted) / (cosine + eta * transmitted)
-        p = (eta * cosine - transmitted) / (eta * cosine + transmitted)
-        exact = (s**2 + p**2) / 2
-        normal = ((1 - eta) / (1 + eta)) ** 2
-        numbers[f"schlick_{name}"] = percent(np.abs(normal + (1 - normal) * (1 - cosine) ** 5 - exact).max())
-    return numbers
+def schlick() -> str:
+    """Return by how much Schlick's approximation misses the reflectance of glass at most, seen from outside."""
+    cosine = np.linspace(0, 1, 100_001)
+    transmitted = np.sqrt(1 - (1 - cosine**2) / SCHLICK_INDEX**2)
+    s = (cosine - SCHLICK_INDEX * transmitted) / (cosine + SCHLICK_INDEX * transmitted)
+    p = (SCHLICK_INDEX * cosine - transmitted) / (SCHLICK_INDEX * cosine + transmitted)
+    normal = ((1 - SCHLICK_INDEX) / (1 + SCHLICK_INDEX)) ** 2
+    return percent(np.abs(normal + (1 - normal) * (1 - cosine) ** 5 - (s**2 + p**2) / 2).max())

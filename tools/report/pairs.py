@@ -1,10 +1,12 @@
 """Our picture beside Mitsuba's and their difference on one scale, and in numbers how far they agree.
 
-All that the report renders is rendered here, by `both` and `alone`: the tests put small flat pictures in their place.
+All that the report renders is rendered here, by `both` and `alone`: the tests put flat pictures in their place. What
+else takes long is marked as `slow`.
 """
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +24,21 @@ FULL_SCALE = 1 / 20  # of white: the difference at the end of the colour map, in
 LEVELS = 255  # steps between black and white
 HIGH = 0.999  # the quantile told beside the median
 COLOURS = "magma_r"  # light where there is no difference, so that single pixels show in print
+
+
+quick = False  # whether `slow` functions are replaced, as in the tests
+
+
+def slow(stand_in):
+    """Mark a function that takes more than a second: with `quick`, `stand_in` is called with its arguments instead."""
+    def marked(function):
+        @functools.wraps(function)
+        def chosen(*arguments, **settings):
+            return (stand_in if quick else function)(*arguments, **settings)
+
+        return chosen
+
+    return marked
 
 
 @dataclass(frozen=True)
