@@ -17,6 +17,7 @@ BEST, PLAIN, SCALAR = "llvm best, x Mitsuba", "llvm independent, x Mitsuba", "sc
 LEAST = "llvm best, at the least error of both"
 OURS, THEIRS = "ours", "llvm independent"
 MESHES = "mesh_100k", "mesh_1m"
+BY_CHANCE = "glossy", "caustics"  # where only the points of samples make a difference
 
 
 def make(folder: Path) -> dict[str, str | list]:
@@ -25,7 +26,8 @@ def make(folder: Path) -> dict[str, str | list]:
     with drawing.in_print():
         drawing.save(of_curves(rows, [row["scene"] for row in equal]), folder / "curves.svg")
         drawing.save(of_speedups(equal), folder / "speedup.svg")
-    return of_table(equal) | extremes(equal) | references() | missed() | about()
+    points = {f"points_{row['scene']}": results.digits(beside_best(row)) for row in equal if row["scene"] in BY_CHANCE}
+    return of_table(equal) | extremes(equal) | points | references() | missed() | about()
 
 
 def of_curves(rows, scenes):
@@ -131,6 +133,12 @@ def extremes(equal):
         if name != "scalar":
             told |= {f"{name}_{row['scene']}": results.digits(column(row)) for row in equal}
     return told
+
+
+def beside_best(row):
+    """Return the error of Mitsuba's best sampler over ours, with as many samples."""
+    best = "llvm " + row["Mitsuba's best other sampler"]
+    return _at_equal_samples(row["scene"], best)[1] / _at_equal_samples(row["scene"], OURS)[1]
 
 
 def references():

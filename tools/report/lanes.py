@@ -18,7 +18,7 @@ from renderer.engine.render import set_up
 from renderer.engine.tiles import NO_PIXEL, PACKET, Tiles
 from renderer.samplers.base import Draws
 from renderer.scene.loader import load, override
-from tools.report import drawing, results
+from tools.report import drawing, pairs, results
 
 SIZE = 300, 200  # of the pictures whose paths are counted
 SAMPLES = 64  # a pixel
@@ -37,7 +37,7 @@ def make(folder: Path) -> dict[str, str | list]:
     with drawing.in_print():
         drawing.save(of_packets(without, renewed), folder / "packets.svg")
         drawing.save(of_passes(shares), folder / "passes.svg")
-    told = {"packet_gain": results.times(without.shape[1] / renewed.shape[1])}
+    told = {"packet_gain": results.times(without.shape[1] / renewed.shape[1]), "samples": str(SAMPLES)}
     for name in SCENES:
         told |= {f"{name}_mean": results.digits(steps[name].mean()), f"{name}_longest": str(steps[name].max())}
         for key, way in (("alone", ALONE), ("pixel", PIXEL), ("tile", TILE)):
@@ -46,6 +46,12 @@ def make(folder: Path) -> dict[str, str | list]:
     return told | {"variants": variants(), **{key: undone(name) for key, name in UNDONE.items()}}
 
 
+def made_up(name):
+    """Return lengths of paths that no scene has, for tests."""
+    return np.random.default_rng(len(name)).integers(1, 9, (SAMPLES, SIZE[1] // 4, SIZE[0] // 4)).astype(np.uint16)
+
+
+@pairs.slow(made_up)
 def steps_taken(name):
     """Return the steps of the integrator, (samples, height, width) uint16, in a scene of the repository."""
     loaded = load(str(results.ROOT / "scenes" / f"{name}.json"))

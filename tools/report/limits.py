@@ -13,7 +13,7 @@ from tools.report import results
 HEAD_ON = 1.0  # cosine
 ROUGH, ROUGHEST = 0.5, 1.0  # alpha
 SMALLEST = "binary_primitives"
-UNITS = {"x": "×", "x Mitsuba": "× Mitsuba", "x smallest mesh": "× the smallest mesh"}
+UNITS = {"x": "", "x Mitsuba": " beside Mitsuba", "x smallest mesh": " beside the smallest mesh"}  # ratios
 
 
 def make(folder: Path) -> dict[str, str | list]:
@@ -24,7 +24,7 @@ def make(folder: Path) -> dict[str, str | list]:
     missed = [figure for figure in asked if not figure.holds(figure.least)]
     start = results.row("whole_process", "processes", scene=SMALLEST)
     return {
-        "missed": [[name(figure), *(amount(value, figure.unit) for value in (figure.reached, figure.least))]
+        "missed": [[name(figure), *(results.digits(value, 3) for value in (figure.reached, figure.least))]
                    for figure in missed],
         "missed_count": results.words(len(missed)), "asked": str(len(asked)), "aims": str(len(aims)),
         "aims_missed": str(sum(not figure.holds(figure.aim) for figure in aims)),
@@ -36,14 +36,9 @@ def make(folder: Path) -> dict[str, str | list]:
 
 
 def name(figure):
-    """Return a figure's name with large numbers in groups of three digits."""
+    """Return a figure's name with its unit, and with large numbers in groups of three digits."""
     words = (f"{int(word):,}" if word.isdecimal() else word for word in figure.name.split(" "))
-    return " ".join(words).replace(" x ", " × ")
-
-
-def amount(value, unit):
-    """Return a figure's value with its unit."""
-    return results.unit(value, UNITS.get(unit, unit), 3)
+    return " ".join(words).replace(" x ", " × ") + UNITS.get(figure.unit, f", {figure.unit}")
 
 
 def lost(alpha):
