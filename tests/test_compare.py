@@ -1,6 +1,7 @@
 """Measures of how far pictures are apart: closed forms, symmetries, and what is refused."""
 
 import math
+import tracemalloc
 from importlib.util import find_spec
 
 import numpy as np
@@ -169,6 +170,39 @@ def test_nan_and_infinity_are_refused_with_their_place(measure, value):
         measure(spoilt, noise())
     with pytest.raises(ValueError, match="the reference is NaN"):
         measure(noise(), spoilt)
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+@pytest.mark.parametrize("count", [11, 13])  # rows at a time, of 48: few are left at the end, or many
+def test_bands_change_nothing(measure, count, monkeypatch):
+    """Large pictures are taken in bands; windows and filters reach beyond their edges, and all have their weight."""
+    x, y = (np.random.default_rng(seed).random((48, 16, 3)) * np.linspace(0.2, 1, 48)[:, None, None] for seed in (2, 3))
+    whole = measure(x, y)
+    monkeypatch.setattr(compare, "BAND", 16 * count)
+    assert measure(x, y) == pytest.approx(whole, rel=1e-12 if measure is not compare.flip else 1e-7)
+
+
+def test_nan_is_found_in_any_band(monkeypatch):
+    """Counted over all of them; the first keeps its place in the whole picture."""
+    spoilt = noise().copy()
+    spoilt[7, 9, 2] = spoilt[20, 1] = math.nan
+    monkeypatch.setattr(compare, "BAND", 5 * 32)
+    assert compare.not_finite(spoilt) == "NaN or infinite in 2 pixels, first at x 9, y 7"
+    assert compare.not_finite(spoilt[8:]) == "NaN or infinite in 1 pixel, first at x 1, y 12"
+    assert compare.not_finite(noise()) is None
+
+
+@pytest.mark.parametrize("measure", [compare.mse, compare.relative_mse, compare.psnr, compare.ssim])
+def test_memory_hardly_depends_on_the_size(measure, monkeypatch):
+    """Less is taken on the way than a copy of the picture in double precision would need."""
+    monkeypatch.setattr(compare, "BAND", 2**12)
+    picture = np.broadcast_to(np.float32(0.5), (512, 512, 3))
+    measure(picture, picture)  # imports and caches
+    tracemalloc.start()
+    measure(picture, picture)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 0.5 * picture.size * 8
 
 
 @pytest.mark.parametrize("exposure", [0, -1, math.nan, math.inf])
