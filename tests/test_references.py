@@ -1,17 +1,21 @@
-"""Sources that the code names are in the bibliography, and nothing else is."""
+"""Sources that code and report name are in the bibliography, and nothing else is."""
 
 import re
 
 CITATION = re.compile(r"\[([A-Z][A-Za-z]+[12][0-9]{3})\b[^\]]*\]")
+IN_REPORT = re.compile(r"@([A-Z][A-Za-z]+[12][0-9]{3})\b")
 
 
 def cited(root):
-    """Return {key: first file that names it} over the code."""
+    """Return {key: first file that names it} over the code and the report."""
     found = {}
     for folder in ("renderer", "converters", "benchmarks", "tools"):
         for path in sorted((root / folder).rglob("*.py")):
             for key in CITATION.findall(path.read_text()):
                 found.setdefault(key, path)
+    for path in sorted((root / "docs" / "report").glob("*.typ")):
+        for key in IN_REPORT.findall(path.read_text()):
+            found.setdefault(key, path)
     return found
 
 
