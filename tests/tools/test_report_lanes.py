@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from renderer.engine import tiles
 from tools.report import lanes
 
 WIDTH, HEIGHT, SAMPLES = 32, 16, 16
@@ -16,8 +17,10 @@ def steps():
 
 @pytest.mark.parametrize("way", [lanes.lane_a_pixel, lanes.lane_a_tile])
 @pytest.mark.parametrize("samples", [1, 4, 16])
-def test_packets_have_all_steps(steps, way, samples):
-    """No step is lost or counted twice, however lanes are put together."""
+def test_packets_have_all_steps(steps, way, samples, monkeypatch):
+    """No step is lost or counted twice, however lanes are put together; tiles have several pixels a lane."""
+    monkeypatch.setattr(tiles, "PACKETS_A_THREAD", 0)
+    assert int(tiles.Tiles(WIDTH, 0, WIDTH * HEIGHT).turns[0]) > 1
     packets = way(steps, samples)
     assert packets.shape[1] == 16 and packets.sum() == steps.sum()
 
