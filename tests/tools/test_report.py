@@ -11,7 +11,7 @@ import pytest
 from renderer.scene.schema import PATHTRACER
 from tests.test_feature_list import entries
 from tools.report import __main__ as maker
-from tools.report import pairs, results
+from tools.report import older, pairs, results
 
 SOURCES = sorted((results.ROOT / "docs" / "report").glob("*.typ"))
 # what is no prose: comments, maths, code, text in quotes, labels, references, settings of the layout, lengths
@@ -63,6 +63,7 @@ def flat(tmp_path_factory):
         patch.setattr(pairs, "quick", True)
         patch.setattr(pairs, "both", flat_pair)
         patch.setattr(pairs, "alone", lambda loaded: flat_pair(loaded).ours)
+        patch.setattr(older, "of_points", lambda: flat_pair(older._loaded(older.soft_document(), older.SOFT_SIZE, 1)).theirs)
         maker.gather(root, {part: maker.make(part, root / maker.MADE / part) for part in maker.PARTS})
     return root
 
