@@ -26,7 +26,7 @@ SMALL = 60, 40  # pixels of pictures here, and one sample a pixel where the comm
 CORNER = 8  # rows of such a picture in which the page has the number of the step
 LIMIT = 240  # seconds for a block of commands
 SQUARE = 4  # pixels of such a picture along the sides of squares that are compared: their means have less noise
-SAME = 0.1  # of 1, greatest difference of a square: noise, and what is cut off at white before pixels are averaged or after
+SAME = 0.1  # of 1, greatest difference of a square: noise, and white that is cut off before pixels are averaged or after
 TOOLS = {"python": '"$@"', "mitsuba": '-c "from mitsuba.cli import _main; import sys; sys.exit(_main())" "$@"'}
 
 
@@ -143,6 +143,15 @@ def test_step_with_another_colour_is_not_what_is_shown(number, shown):
 def test_page_has_a_place_for_every_step(shown):
     """Two rows of four, no more and no less."""
     assert shown.shape == (2 * guide.CELL[1] + guide.GAP, 4 * guide.CELL[0] + 3 * guide.GAP, 3) and len(STEPS) == 8
+
+
+def test_last_picture_is_that_of_the_page(shown):
+    """Large and small, made by one command."""
+    large = Image.open(guide.FOLDER / "last.jpg").resize(guide.CELL, Image.Resampling.BOX)
+    page = np.zeros_like(shown)
+    x, y = guide.place(len(STEPS) - 1)
+    page[y : y + guide.CELL[1], x : x + guide.CELL[0]] = np.asarray(large) / 255
+    assert distance(cell(page, len(STEPS) - 1), cell(shown, len(STEPS) - 1)) < SAME / 5
 
 
 def test_steps_grow():

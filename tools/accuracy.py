@@ -86,7 +86,8 @@ def figure(cases: list[Row]):
     axes.set(xscale="log", xlim=(NONE / 3, WRONG * 3), ylim=(len(sections) - 0.4, -0.6), yticks=range(len(sections)),
              yticklabels=[_short(section) for section in sections], xticks=ticks,
              xlabel="worst error, in units of what rounding explains")  # fmt: skip
-    axes.set_xticklabels(["none", *(f"$10^{{{power}}}$" if power else "1" for power in range(-2, 7, 2)), "infinite,\nor wrong"])
+    powers = [f"$10^{{{power}}}$" if power else "1" for power in range(-2, 7, 2)]
+    axes.set_xticklabels(["none", *powers, "infinite,\nor wrong"])
     axes.minorticks_off()
     axes.tick_params(axis="y", length=0)
     axes.grid(True, color=FAINT, linewidth=0.4)
