@@ -8,6 +8,7 @@ from pathlib import Path
 from benchmarks import plots
 from benchmarks.error_curves import EQUAL_SAMPLES, MARGIN
 from benchmarks.error_scenes import HEIGHT, WIDTH
+from benchmarks.table import QUIET_LOAD
 from benchmarks.targets import Figure
 from tools.report import drawing, results
 
@@ -26,8 +27,8 @@ def make(folder: Path) -> dict[str, str | list]:
     with drawing.in_print():
         drawing.save(of_curves(rows, [row["scene"] for row in equal]), folder / "curves.svg")
         drawing.save(of_speedups(equal), folder / "speedup.svg")
-    points = {f"points_{row['scene']}": results.digits(beside_best(row)) for row in equal if row["scene"] in BY_CHANCE}
-    return of_table(equal) | extremes(equal) | points | references() | missed() | about()
+    points = max(beside_best(row) for row in equal if row["scene"] in BY_CHANCE)
+    return of_table(equal) | extremes(equal) | {"points": results.digits(points)} | references() | missed() | about()
 
 
 def of_curves(rows, scenes):
@@ -158,6 +159,7 @@ def missed():
 
 
 def about():
-    """Return when the benchmark was measured, and how busy the machine was when it began."""
+    """Return how busy the machine was when the benchmark began."""
     measured = results.results()["benchmarks"]["error"].get("measured") or results.results()["machine"]
-    return {"load": results.digits(measured["load_before"], 3), "date": measured["date"]}
+    quiet = "quiet" if measured["load_before"] <= QUIET_LOAD else "not quite quiet"
+    return {"load": results.digits(measured["load_before"]), "quiet": quiet}
