@@ -58,10 +58,10 @@ def agreement_row(name, scene, mode, feature) -> list[str]:
     found = pairs.both(pairs.prepared(scene, mode))
     told = pairs.agreement("it", found.ours - found.theirs, found)
     if feature.startswith("tonemap"):  # is done once a picture
-        price = {"ns": picture_cost(f"basic.{feature}"), "times": UNASKED, "mitsuba": UNASKED}
+        price = {"ns": picture_cost(f"basic.{feature}"), "ratio": UNASKED, "mitsuba_ratio": UNASKED}
     else:
         price = cost(f"basic.{feature}")
-    return [name, told["it_pixels"], told["it_greatest"].split(THIN)[0], price["ns"], price["times"], price["mitsuba"]]
+    return [name, told["it_pixels"], told["it_greatest"].split(THIN)[0], price["ns"], price["ratio"], price["mitsuba_ratio"]]
 
 
 def headlines() -> dict[str, str]:

@@ -17,13 +17,16 @@ from renderer.core.numeric import FAR
 from renderer.core.records import NO_SHAPE, Ray
 from renderer.io import mesh_ply
 from renderer.scene.geometry import Geometry
+from renderer.scene.loader import load
 from renderer.scene.meshes import plain_triangles
 from renderer.scene.structures import structure_over
 from renderer.scene.tables import compile_camera, compile_scene
 from tests.accel import build_inputs
 from tools import testsuite
 from tools.report import pairs
-from tools.report.results import digits, percent, row, times
+from tools.report.results import ROOT
+from tools.report.results import cost as feature_cost
+from tools.report.results import digits, percent, times
 
 CAMERA = {"fov": 28, "position": [0, 1.5, -6.4], "lookAt": [-0.12, -0.05, 0]}
 LIGHT = {"type": "pointlight", "position": [-3, 4, -4], "intensity": [0.6, 0.6, 0.56]}
@@ -121,6 +124,7 @@ def walked(geometry, o, d):
     return found[4].numpy().astype(float), found[5].numpy().astype(float)
 
 
+@pairs.slow(lambda: {"steps": [["1"] * 6], "steps_grow": "1", "triangles_grow": "1"})
 def steps():
     """Return how many records rays read in meshes of ever more triangles, and how large they are."""
     rows, mean = [], {}
@@ -140,6 +144,7 @@ def steps():
             "triangles_grow": f"{last // first:,}"}  # fmt: skip
 
 
+@pairs.slow(lambda: dict.fromkeys(("sweep_least", "sweep_most", "swept", "moved_least", "moved_most"), "1"))
 def quality():
     """Return what a random ray visits in our trees, beside those of a full sweep, and those before subtrees move."""
     from renderer.accel.build import build
@@ -157,6 +162,7 @@ def quality():
 
 
 def cost():
-    """Return which share of the time without a structure the hierarchy takes in its smallest scene."""
-    found = row("features", "features", feature="intermediate.hierarchy")
-    return {"hierarchy_times": percent(found["time, x without"]["median"])}
+    """Return which share of the time without a structure the hierarchy takes in its smallest scene, and how large that is."""
+    shapes = load(str(ROOT / "scenes" / "features" / "shape_triangle_soup.json")).shapes
+    triangles = sum(shape.type == "triangle" for _, shape in shapes)
+    return {"hierarchy_times": feature_cost("intermediate.hierarchy")["share"], "soup_triangles": f"{triangles:,}"}

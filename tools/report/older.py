@@ -12,7 +12,7 @@ from renderer.io.mesh import read_mesh
 from renderer.scene.loader import from_dict, override
 from tools import testsuite
 from tools.report import pairs
-from tools.report.results import ROOT, digits, percent, row, unit
+from tools.report.results import ROOT, cost, percent
 
 WORLD = {"backgroundcolor": [0.3, 0.36, 0.44],
          "lightsources": [{"type": "pointlight", "position": [-3, 5, -4], "intensity": [0.65, 0.65, 0.6]}]}  # fmt: skip
@@ -41,13 +41,11 @@ def make(folder: Path) -> dict:
 
 
 def costs():
-    """Return what features cost, as benchmarks/features.py measured it: a sample, and as ratios with and without."""
+    """Return what features cost, as benchmarks/features.py measured it: a sample, and as ratio of with to without."""
     rows = []
     for key, told in COSTS.items():
-        found = row("features", "features", feature=key)
-        theirs = found["Mitsuba's, x without"]
-        rows.append([told, unit(found["cost (ns a sample)"]["median"], "ns"), digits(found["time, x without"]["median"]),
-                     digits(theirs["median"]) if theirs else "-"])  # fmt: skip
+        found = cost(key)
+        rows.append([told, found["ns"], found["ratio"]])
     return rows
 
 
@@ -113,6 +111,7 @@ def soft_shadows(folder):
     return pairs.agreement("soft", ours - theirs, found) | told
 
 
+@pairs.slow(lambda: np.full((*SOFT_SIZE[::-1], 3), 0.5))
 def of_points():
     """Return Mitsuba's picture under point lights, each pixel the mean of RAYS x RAYS rays through its equal parts."""
     from converters.whitted import reference
@@ -149,6 +148,7 @@ def glossy(folder):
 ROUGHNESS, WALL_SAMPLES = 0.2, 65536
 
 
+@pairs.slow(lambda: dict.fromkeys(("lobe_share", "lobe_samples", "lobe_roughness"), "1"))
 def half_of_the_lobe():
     """Return the share of light that a rough mirror, seen head-on, gets past a disk behind the eye.
 
