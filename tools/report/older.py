@@ -83,7 +83,7 @@ def meshes():
         mesh("teapot.ply", {"scale": 0.42}, {"rotate": {"axis": [0, 1, 0], "angle": 30}}, {"translate": [1.75, -1, 0]},
              material={"diffusecolor": [0.72, 0.38, 0.22], "ks": 0.5, "specularexponent": 120}),
     ]  # fmt: skip
-    camera = {"fov": 31, "position": [0, 1.6, -6.6], "lookAt": [0.1, -0.25, 0]}
+    camera = {"fov": 32, "position": [0, 1.6, -6.6], "lookAt": [0.3, -0.25, 0]}
     return {"rendermode": "phong", "camera": camera, "scene": {**WORLD, "shapes": shapes}}
 
 
