@@ -140,6 +140,17 @@ def test_step_with_another_colour_is_not_what_is_shown(number, shown):
     assert distance(np.asarray(changed)[CORNER:] / 255, cell(shown, number)) > 1.5 * SAME
 
 
+def test_front_picture_is_that_of_the_first_command():
+    """Its scene, rendered small, is what is shown on top."""
+    scene = re.search(r"SCENE=(\S+)", MAKE[0])[1]
+    assert scene == f"scenes/{guide.FRONT}.json"
+    front = np.asarray(Image.open(ROOT / re.search(r"!\[.*?\]\((.*?)\)", TEXT)[1]).resize(SMALL, Image.Resampling.BOX))
+    document = json.loads((ROOT / scene).read_text(encoding="utf-8"))
+    picture = guide.rendered(document, width=guide.CELL[0], height=guide.CELL[1], samples=32)
+    ours = np.asarray(picture.resize(SMALL, Image.Resampling.BOX))  # lanterns are cut off at white before that
+    assert distance(ours / 255, front / 255) < SAME < distance(ours[:, ::-1] / 255, front / 255)
+
+
 def test_page_has_a_place_for_every_step(shown):
     """Two rows of four, no more and no less."""
     assert shown.shape == (2 * guide.CELL[1] + guide.GAP, 4 * guide.CELL[0] + 3 * guide.GAP, 3) and len(STEPS) == 8
