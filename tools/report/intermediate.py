@@ -115,10 +115,9 @@ def walked(geometry, o, d):
 
     def step(walk, t, index, active, records, leaves):
         words = tree.fetch(walk, active)
-        at_leaf = active & (words[TAG] >= LEAF)
+        at_leaf = dr.select(words[TAG] >= LEAF, UInt32(1), 0)
         walk, t, index, goes_on = tree.step(walk, words, slabs, t, index, leaf, active, False)
-        return (walk, t, index, goes_on, records + dr.select(active, UInt32(1), 0),
-                leaves + dr.select(at_leaf, UInt32(1), 0))  # fmt: skip
+        return walk, t, index, goes_on, records + 1, leaves + at_leaf
 
     found = dr.while_loop(state, lambda walk, t, index, active, *_: active, step, label="counted")
     return found[4].numpy().astype(float), found[5].numpy().astype(float)
