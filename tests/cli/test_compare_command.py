@@ -274,7 +274,7 @@ def test_colours_grow_lighter():
     np.testing.assert_array_equal(difference.coloured(np.array([1.0, 7.0])), [difference.HEAT[-1]] * 2)
 
 
-@pytest.mark.parametrize("levels, gain", [(0, 100), (2, 100), (3, 50), (25, 10), (26, 5), (200, 1)])
+@pytest.mark.parametrize("levels, gain", [(0, 100), (2, 100), (3, 50), (25, 10), (26, 5), (51, 5), (52, 2), (200, 1)])
 def test_gain_is_the_largest_that_fits(capfd, levels, gain):
     """Where nothing is clipped; a single pixel does not decide."""
     reference = even(10)
