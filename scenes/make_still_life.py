@@ -235,7 +235,7 @@ def scene():
             "bumpmap": "textures/orange_peel.png", "bumpscale": 0.006}
     lying = {"rotate": {"axis": [0, 0, 1], "angle": 90}}, {"rotate": {"axis": [0, 1, 0], "angle": -28}}
     shapes = [*room(), *window(), sun(), *filled_carafe(1.25, 0.35), *filled_bowl(-0.75, 0.15),
-              mesh("vase", [-1.75, LIFT, 1.6], {"bsdf": {"type": "roughconductor", **BRASS, "alpha": 0.16}}),
+              mesh("vase", [-1.97, LIFT, 1.55], {"bsdf": {"type": "roughconductor", **BRASS, "alpha": 0.16}}),
               mesh("lemon", [0.62, 0.357, -1.0], peel, *lying)]
     sky = {"type": "arealight", "position": [-130, 55, -60], "u": [0, 110, 0], "v": [0, 0, 180], "twosided": False,
            "intensity": [2.1, 2.9, 4.1]}

@@ -1,8 +1,8 @@
 """`python -m tools.testsuite`: render what is handed in under TestSuite/.
 
 The coursework's pictures as PPM at full size, a contact sheet of them beside Mitsuba's pictures and the difference
-of the two, the same sheets for the smallest scene of every feature, the Utah teapot, and path-traced pictures.
-Everything takes some minutes; names of groups after the folder (see GROUPS) render these only.
+of the two, the same sheets for the smallest scene of every feature, the Utah teapot, path-traced pictures, and scenes
+of our own. Everything takes some minutes; names of groups after the folder (see GROUPS) render these only.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ CAPTION = 14  # pixels below it
 TEAPOT_SAMPLES = 16  # rays a pixel
 DIFFERENCE_GAIN = 20  # a difference of 1/20 of white is white
 PATH_TRACED = {"scene_pathtracer": 512, "cornell": 1024, "studio": 512}  # scene and samples a pixel
+OWN = ("morning", "poster")  # scenes of our own, rendered as their files say, to JPEG files
+DENOISED = ("morning",)  # of these: caustics of glass in the sun are found by chance
 SHEET_SAMPLES = 128  # a pixel of path-traced pictures on a sheet
 SHEET_SIZE = 240, 160  # pixels of these pictures
 BLOCK = 8  # pixels along the sides of the squares whose means are compared, as noise decides about single pixels
@@ -199,6 +201,23 @@ def path_traced(folder):
         print(f"{folder / 'denoised.jpg'} stays as it is: {error}")
 
 
+def own(folder):
+    """Write the scenes of our own; where the denoiser is missing, those that need it stay as they are."""
+    from renderer.denoise import denoised
+    from renderer.denoise import load as load_denoiser
+
+    for name in OWN:
+        try:
+            if name in DENOISED:
+                load_denoiser()
+        except UsageError as error:
+            print(f"{folder / name}.jpg stays as it is: {error}")
+            continue
+        picture = render(load(str(ROOT / "scenes" / f"{name}.json")))
+        picture = denoised(picture) if name in DENOISED else picture
+        save(beside([picture_of(picture)]), folder / f"{name}.jpg")
+
+
 def features(folder):
     """Write the contact sheets of the smallest scene of every feature, path-traced ones on one of their own."""
     rows, paths = [], []
@@ -215,7 +234,7 @@ def features(folder):
 
 
 GROUPS = {"coursework": coursework, "features": features, "antialiased": antialiased, "phong": phong,
-          "path_traced": path_traced}
+          "path_traced": path_traced, "own": own}
 
 
 def main(arguments=None):

@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image
 
+from renderer.core.errors import UsageError
 from renderer.engine.render import render
 from renderer.scene.loader import load, override
 from tools import testsuite
@@ -66,3 +68,17 @@ def test_unknown_group_is_refused(tmp_path):
     """A misspelt name renders nothing."""
     with pytest.raises(SystemExit):
         testsuite.main([str(tmp_path), "nothing"])
+
+
+def test_scenes_of_our_own_that_need_the_denoiser_stay_without_it(tmp_path, monkeypatch, capsys):
+    """The others are written, as JPEG files of the size that their files say."""
+    def missing():
+        raise UsageError("no denoiser")
+
+    monkeypatch.setattr("renderer.denoise.load", missing)
+    monkeypatch.setattr(testsuite, "OWN", ("binary_primitives", "morning"))
+    testsuite.own(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["binary_primitives.jpg"]
+    with Image.open(tmp_path / "binary_primitives.jpg") as picture:
+        assert picture.size == (1200, 800)
+    assert f"{tmp_path / 'morning.jpg'} stays as it is: no denoiser" in capsys.readouterr().out
