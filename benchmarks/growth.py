@@ -3,8 +3,8 @@
 Closest hits of bounced rays and of a pinhole camera's in tiles (mesh_rays.py) on the meshes of mesh_scenes.py, a power
 of ten of triangles after the other, and what building takes, from arrays on the host as in meshes.py. Without a
 structure fewer rays are traced, evenly picked, so that no measurement takes long. All that have a structure get the
-same rays, in the same order. CPU time of all threads, in turns, at least a quarter of a second each. Bytes are those of the
-structure's arrays, records of leaves included, vertices and corners not.
+same rays, in the same order. CPU time of all threads, in turns, at least a quarter of a second each. Bytes are those of
+the structure's arrays, records of leaves included, vertices and corners not.
 """
 
 from __future__ import annotations
@@ -85,8 +85,10 @@ def _rates(arrays, structures, effort):
                    for accel, geometry in structures.items()}  # fmt: skip
         actions[MITSUBA] = partial(embree.closest, scene, embree.rays_of(host), rays.coherent)
         times = timed(actions, effort.repeats)
-        yield {"rays": rays.name} | {f"{name}, M rays/CPU s": spread([counts[name] / 1e6 / second for second in seconds])
-                                     for name, seconds in times.items()}  # fmt: skip
+        yield {"rays": rays.name} | {
+            f"{name}, M rays/CPU s": spread([counts[name] / 1e6 / second for second in seconds])
+            for name, seconds in times.items()
+        }
 
 
 def _thinned(host, step):

@@ -11,7 +11,7 @@ from tools.report import acceleration, intermediate, older
 
 
 def test_rays_read_the_root_and_the_leaf_that_they_hit():
-    """An octahedron is four leaves below one root: a miss reads the root alone, a hit a leaf or more, and no ray all twice."""
+    """An octahedron is four leaves below one root: a miss reads the root alone, a hit at least one leaf too."""
     vertices, faces = octahedron(1)
     geometry = intermediate.geometry_of(vertices.astype(np.float32), faces)
     assert len(geometry.structure._records) == 5 * WORDS

@@ -17,7 +17,8 @@ TOLD = {"primary": "camera", "bounce": "bounced"}
 MARKS = (("#f0b27a", "o"), ("#d55e00", "s"), ("#7b3200", "D"))  # of sizes, the smallest first
 MESHES = ("bumpy", "soup")
 TRIED = ("one ray a lane", "a new ray", "coherent rays in groups", "records by single", "two triangles a record",
-         "stack read", "two rays a lane", "8-bit planes", "six children", "two paths", "next record", "huge pages")  # fmt: skip
+         "stack read", "two rays a lane", "8-bit planes", "six children", "two paths", "next record",
+         "huge pages")  # fmt: skip
 
 
 def make(folder: Path) -> dict:
@@ -124,8 +125,8 @@ def built():
         ours = max((one for one in table("growth", "building") if one["mesh"] == mesh), key=_size)
         memory = max((one for one in table("meshes", "memory") if one["mesh"] == mesh), key=_size)
         for name, told in NAMES.items():
-            mine = BYTES.format(name)
-            held = digits(ours[mine]) if name != "Mitsuba" else digits(memory["Mitsuba's bytes/triangle, kept"]["median"])
+            theirs = memory["Mitsuba's bytes/triangle, kept"]["median"]
+            held = digits(theirs if name == "Mitsuba" else ours[BYTES.format(name)])
             peak = {"bvh": "our", "Mitsuba": "Mitsuba's"}.get(name)
             rows.append([mesh if name == "none" else "", told, seconds(ours[TIME.format(name)]["median"]), held,
                          digits(memory[f"{peak} bytes/triangle, peak"]["median"], 3) if peak else "-"])  # fmt: skip
@@ -147,14 +148,14 @@ def others():
     """Return where the hierarchy begins to pay, and what the grid does with a mesh in a stadium."""
     crossing = table("structures", "crossover")
     rate = {way: f"from inside, {way}, M rays/CPU s" for way in ("unrolled", "hierarchy")}
-    pays = [one["spheres"] for one in crossing
-            if one[rate["hierarchy"]]["median"] > one[rate["unrolled"]]["median"]]  # fmt: skip
-    few = crossing[0]
+    ratio = {one["spheres"]: one[rate["unrolled"]]["median"] / one[rate["hierarchy"]]["median"] for one in crossing}
+    pays = min(count for count in ratio if ratio[count] < 1)
+    few = min(ratio)
     stadium = row("structures", "structures", scene="mesh in a stadium", rays="from inside")
     alone = row("structures", "structures", scene="bumpy mesh", rays="from inside")
     return {
-        "pays_from": f"{min(pays)}", "pays_not": f"{max(one['spheres'] for one in crossing if one['spheres'] < min(pays))}",
-        "few": f"{few['spheres']}", "few_ratio": times(few[rate["unrolled"]]["median"] / few[rate["hierarchy"]]["median"]),
+        "pays_from": f"{pays}", "pays_not": f"{max(count for count in ratio if count < pays)}",
+        "few": f"{few}", "few_ratio": times(ratio[few]),
         "stadium_grid": digits(_rate(alone, "grid") / _rate(stadium, "grid")),
         "stadium_bvh": digits(_rate(alone, "bvh") / _rate(stadium, "bvh")),
     }  # fmt: skip

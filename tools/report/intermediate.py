@@ -24,9 +24,8 @@ from renderer.scene.tables import compile_camera, compile_scene
 from tests.accel import build_inputs
 from tools import testsuite
 from tools.report import pairs
-from tools.report.results import ROOT
+from tools.report.results import ROOT, digits, percent, times
 from tools.report.results import cost as feature_cost
-from tools.report.results import digits, percent, times
 
 CAMERA = {"fov": 28, "position": [0, 1.5, -6.4], "lookAt": [-0.12, -0.05, 0]}
 LIGHT = {"type": "pointlight", "position": [-3, 4, -4], "intensity": [0.6, 0.6, 0.56]}
@@ -161,7 +160,7 @@ def quality():
 
 
 def cost():
-    """Return which share of the time without a structure the hierarchy takes in its smallest scene, and how large that is."""
+    """Return which share of the time without a structure the hierarchy takes in its smallest scene, and its size."""
     shapes = load(str(ROOT / "scenes" / "features" / "shape_triangle_soup.json")).shapes
     triangles = sum(shape.type == "triangle" for _, shape in shapes)
     return {"hierarchy_times": feature_cost("intermediate.hierarchy")["share"], "soup_triangles": f"{triangles:,}"}

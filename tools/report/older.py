@@ -19,12 +19,11 @@ WORLD = {"backgroundcolor": [0.3, 0.36, 0.44],
 HALF_SPACES = [[1, 0, 0, 0.75], [-1, 0, 0, 0.75], [0, 1, 0, 0.8], [0, -1, 0, 0.8], [0, 0, 1, 0.75], [0, 0, -1, 0.75],
                *([x, y, z, 1.6] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1))]  # fmt: skip
 GOLDEN = 1.618
-HULL = [*([0, a, b] for a in (-GOLDEN, GOLDEN) for b in (-1, 1)), *([b, 0, a] for a in (-GOLDEN, GOLDEN) for b in (-1, 1)),
-        *([a, b, 0] for a in (-GOLDEN, GOLDEN) for b in (-1, 1))]  # fmt: skip
+HULL = [corner for a in (-GOLDEN, GOLDEN) for b in (-1, 1) for corner in ([0, a, b], [b, 0, a], [a, b, 0])]
 COSTS = {"intermediate.textures": "texture, on a sphere", "intermediate.bilinear": "bilinear beside nearest",
-         "intermediate.hierarchy": "hierarchy", "older.grid": "uniform grid", "older.plane": "plane", "older.box": "box",
-         "older.convex": "convex volume", "older.mesh": "mesh", "older.soft_shadows": "soft shadows",
-         "older.glossy": "glossy reflection"}  # fmt: skip
+         "intermediate.hierarchy": "hierarchy", "older.grid": "uniform grid", "older.plane": "plane",
+         "older.box": "box", "older.convex": "convex volume", "older.mesh": "mesh",
+         "older.soft_shadows": "soft shadows", "older.glossy": "glossy reflection"}  # fmt: skip
 SOFT = "soft_shadows"
 SOFT_SAMPLES = 1024  # a pixel of our soft shadows
 POINTS, RAYS = 10, 4  # of Mitsuba, along a side: lights in the place of a lamp, rays through a pixel
@@ -76,8 +75,8 @@ def meshes():
 
     shapes = [
         {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": {"diffusecolor": [0.7] * 3, "ks": 0}},
-        mesh("rock.ply", {"scale": 0.8}, {"rotate": {"axis": [0, 1, 0], "angle": 25}}, {"translate": [-1.75, -0.2, 0.2]},
-             material={"diffusecolor": [0.5, 0.66, 0.75], "ks": 0.2}),
+        mesh("rock.ply", {"scale": 0.8}, {"rotate": {"axis": [0, 1, 0], "angle": 25}},
+             {"translate": [-1.75, -0.2, 0.2]}, material={"diffusecolor": [0.5, 0.66, 0.75], "ks": 0.2}),
         mesh("torus.obj", {"rotate": {"axis": [1, 0, 0], "angle": -60}}, {"scale": 0.75}, {"translate": [0, -0.2, 0.1]},
              material={"texture": "../textures/letter.png", "scaleU": 8, "scaleV": 3, "ks": 0.2}),
         mesh("teapot.ply", {"scale": 0.42}, {"rotate": {"axis": [0, 1, 0], "angle": 30}}, {"translate": [1.75, -1, 0]},
@@ -88,7 +87,7 @@ def meshes():
 
 
 def soft_document(*, blurred=True, lights=None):
-    """Return the scene of soft shadows with a box filter, if asked with sharp mirrors and a plain floor, or other lights."""
+    """Return the scene of soft shadows with a box filter; if asked, sharp mirrors and a plain floor, other lights."""
     document = json.loads((ROOT / "scenes" / f"{SOFT}.json").read_text())
     document["filter"] = "box"
     if lights is not None:
