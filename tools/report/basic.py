@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 from renderer.integrators.phong import STACK_SIZE
+from tools import testsuite
 from tools.report import pairs
 from tools.report.results import (
-    THIN, UNASKED, cost, digits, figure, hard_case, hard_share, machine, median, percent, picture_cost, row, seconds, table,
+    ROOT, THIN, UNASKED, cost, digits, figure, hard_case, hard_share, machine, median, percent, picture_cost, row, seconds, table,
     unit, words,
 )  # fmt: skip
 
@@ -18,6 +20,7 @@ FULL_SIZE = 1200, 800  # of the coursework's pictures
 TRIOS = {"camera": ("mirror_image", "normals"), "binary": ("binary_primitives", None), "phong": ("simple_phong", None),
          "shadows": ("scene", None), "reflection": ("mirror_image", None),
          "refraction": ("features/material_refractive", None)}  # fmt: skip
+TEASER = ("studio", "cornell", "scene_pathtracer")
 CURVES = ("linear", "reinhard", "filmic")
 FEATURES = {  # of the table: name, scene and mode, and the feature whose cost is told
     "camera, by normals": ("mirror_image", "normals", "camera"),
@@ -50,7 +53,14 @@ def make(folder: Path) -> dict:
     for curve in CURVES:
         pairs.picture(folder, curve, f"features/tonemap_{curve}")
     numbers["agreement"] = [agreement_row(name, *facts) for name, facts in FEATURES.items()]
+    teaser(folder)
     return numbers | headlines() | coursework() | costs() | hard_cases()
+
+
+def teaser(folder):
+    """Write the pictures of the title page, as `make testsuite` rendered them."""
+    for name in TEASER:
+        Image.open(ROOT / "TestSuite" / f"{name}.png").convert("RGB").save(folder / f"{name}.jpg", quality=testsuite.QUALITY)
 
 
 def agreement_row(name, scene, mode, feature) -> list[str]:
