@@ -46,6 +46,7 @@ def checkout(tmp_path):
     """A folder like a checkout after `make test`, whose scenes make small pictures."""
     scenes, tools = tmp_path / "scenes", tmp_path / ".venv/bin"
     scenes.mkdir()
+    (tmp_path / "mine").mkdir()
     tools.mkdir(parents=True)
     for path in (ROOT / "scenes").iterdir():
         if path.suffix != ".json":
@@ -72,7 +73,7 @@ def test_commands_run(script, told, checkout):
     """They write the files that they name, and print what is shown below them."""
     count = preceding_steps(script)
     if count:
-        (checkout / "scenes/mine.json").write_text(as_typed(count), encoding="utf-8")
+        (checkout / "mine/scene.json").write_text(as_typed(count), encoding="utf-8")
     done = run(script, checkout)
     if told:
         assert done.stdout == told
@@ -165,6 +166,13 @@ def test_last_picture_is_that_of_the_page(shown):
     assert distance(cell(page, len(STEPS) - 1), cell(shown, len(STEPS) - 1)) < SAME / 5
 
 
+@pytest.mark.parametrize("name", ["steps", "last"])
+def test_pictures_are_of_these_steps(name):
+    """Else `python -m tools.guide` is due: the smallest change of a step counts."""
+    with Image.open(guide.FOLDER / f"{name}.jpg") as picture:
+        assert picture.info["comment"].decode() == guide.digest(STEPS)
+
+
 def test_steps_grow():
     """Shapes come after those of the step before; what is asked for by number is what is rendered."""
     counts = [len(step["scene"]["shapes"]) for step in STEPS]
@@ -172,8 +180,8 @@ def test_steps_grow():
     for step, later in zip(STEPS, STEPS[1:]):
         assert later["scene"]["shapes"][: len(step["scene"]["shapes"])] == step["scene"]["shapes"]
     for step in STEPS:
-        again = from_dict(json.loads(guide.as_text(step)), directory=ROOT / "scenes", strict=True)
-        assert again.description == from_dict(step, directory=ROOT / "scenes", strict=True).description
+        again = from_dict(json.loads(guide.as_text(step)), directory=guide.SCENES, strict=True)
+        assert again.description == from_dict(step, directory=guide.SCENES, strict=True).description
 
 
 def test_figures_of_speed_are_the_benchmarks():
@@ -195,8 +203,8 @@ def test_figures_of_accuracy_are_those_of_the_hard_cases():
 
 @pytest.mark.parametrize("name", sorted(set(re.findall(r"\]\(([^)#]+)\)", TEXT) + re.findall(r"^(\w+/) ", TEXT, re.M))))
 def test_named_file_is_there(name):
-    """Links, pictures and the folders of the tree lead somewhere."""
-    assert (ROOT / name).exists()
+    """Links, pictures and the folders of the tree lead somewhere; the report's is made by a target of make."""
+    assert (ROOT / name).exists() or name == "Report/" and "`make report`" in TEXT
 
 
 @pytest.mark.parametrize("anchor", re.findall(r"\]\(#([^)]+)\)", TEXT))

@@ -9,6 +9,7 @@ come after earlier shapes.
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import math
 import re
@@ -18,6 +19,7 @@ ROOT = Path(__file__).resolve().parent.parent
 README = ROOT / "README.md"
 FOLDER = ROOT / "docs" / "guide"
 JSON_BLOCK = re.compile(r"^```json\n(.*?)^```", re.DOTALL | re.MULTILINE)
+SCENES = ROOT / "scenes"  # stands in for the reader's folder beside it: both find the same files
 FRONT = "lanterns"  # scene of the front picture
 HOLDERS = ("camera", "scene")  # objects of which a step changes single keys
 GROWING = "shapes"  # the list to which a step adds
@@ -74,8 +76,13 @@ def rendered(document: dict, **settings):
     from renderer.engine.render import render
     from renderer.scene.loader import from_dict, override
 
-    picture = render(override(from_dict(document, directory=ROOT / "scenes", strict=True), **settings))
+    picture = render(override(from_dict(document, directory=SCENES, strict=True), **settings))
     return Image.frombytes("RGB", (picture.width, picture.height), bytes(picture.rgb8()))
+
+
+def digest(documents: list[dict]) -> str:
+    """Return a digest of all steps, which pictures carry as a comment: so a test finds them out of date."""
+    return hashlib.sha256(json.dumps(documents, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def place(number: int) -> tuple[int, int]:
@@ -107,11 +114,11 @@ def main(arguments=None):
     if options.number:
         print(as_text(documents[options.number - 1]), end="")
         return 0
-    front = rendered(json.loads((ROOT / "scenes" / f"{FRONT}.json").read_text(encoding="utf-8")))
+    front = rendered(json.loads((SCENES / f"{FRONT}.json").read_text(encoding="utf-8")))
     pictures = [rendered(document) for document in documents]
     FOLDER.mkdir(parents=True, exist_ok=True)
     for name, picture in (("front", front), ("steps", page(pictures)), ("last", pictures[-1])):
-        picture.save(FOLDER / f"{name}.jpg", quality=QUALITY)
+        picture.save(FOLDER / f"{name}.jpg", quality=QUALITY, comment=digest(documents))
         print(FOLDER / f"{name}.jpg")
     return 0
 
