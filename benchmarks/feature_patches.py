@@ -1,4 +1,4 @@
-"""Parts of the renderer left out while a kernel is recorded: for what they cost where the program has no switch."""
+"""Parts of the renderer left out or replaced while a kernel is recorded, where the program has no switch for them."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import drjit as dr
 from renderer.core.backend import Bool, Float, Vector3f
 from renderer.engine import render
 from renderer.integrators import path, phong
+from renderer.scene import light_choice
 from renderer.scene.compiled import CompiledScene
 
 
@@ -59,6 +60,14 @@ def _met(path, pdf_sa):
     return dr.select((path.pdf_sa > 0) & (pdf_sa > 0), 0, Float(1))
 
 
+def _alike(middles, lights, by_power):
+    """Return (cells, lights) weights that are the same in all cells."""
+    import numpy as np
+
+    power = np.array([light.strength if by_power else 1.0 for light in lights])
+    return np.broadcast_to(power / power.sum(), (len(middles), len(lights))).copy()
+
+
 PATCHES = {  # (module or class, name): what takes its place
     "": {},
     "camera alone": {(render, "integrator_of"): lambda mode: Looking},
@@ -66,6 +75,10 @@ PATCHES = {  # (module or class, name): what takes its place
     "ambient alone": {(phong.Phong, "_local"): _ambient},
     "no highlight": {(phong, "highlight"): lambda *_: Float(0)},
     "no shadows": {(CompiledScene, "occluded"): lambda *_: Bool(False)},
+    "BSDFs alone": {(path, "_light_share"): lambda *_: Float(0), (path, "_weight"): lambda *_: Float(1)},
+    "early roulette": {(path, "ROULETTE_DEPTH"): 1},
+    "lights by power": {(light_choice, "_cell_weights"): lambda lights, middles, _: _alike(middles, lights, True)},
+    "lights alike": {(light_choice, "_cell_weights"): lambda lights, middles, _: _alike(middles, lights, False)},
     "lights alone": {(path, "_light_share"): lambda *_: Float(1), (path, "_weight"): _met},
 }
 
