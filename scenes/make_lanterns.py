@@ -56,7 +56,8 @@ def bands():
         for count in BANDS:
             for k in range(count):
                 along = 9 // count + (kind == "rise") * 2 if count > 1 else 6
-                meshes[f"{kind}_{count}_{k}"] = paper(radius, k / count, (k + 1) / count, power, 28 if count > 1 else 12, along)
+                around = 28 if count > 1 else 12
+                meshes[f"{kind}_{count}_{k}"] = paper(radius, k / count, (k + 1) / count, power, around, along)
     rim = paper(lambda h: floating(1) * (1 - h), 0.0, 1.0, 7.0, 28, 1)
     meshes["float_lid"] = (rim[0] * [0.94, 0, 0.94] + [0, 0.93, 0], rim[1], rim[2])
     return meshes
@@ -105,6 +106,8 @@ def reeds():
 
 
 HILLS = ((214.0, 8.4, 0.0), (240.0, 18.9, 2.0), (275.0, 26.9, 4.6), (320.0, 43.3, 1.1))  # distance, height, phase
+# Colour of each ridge, and share of mist at its foot
+MIST = (((0.02, 0.025, 0.03), 0.75), ((0.10, 0.11, 0.115), 1.0), ((0.24, 0.24, 0.245), 1.0), ((0.44, 0.41, 0.40), 1.0))
 
 
 def hill(number):
@@ -144,8 +147,7 @@ def mist():
     """Return the colours of the hills, a column each, from the ridge down to the mist at their foot."""
     image = np.zeros((64, len(HILLS), 3))
     fog = np.array([0.98, 0.86, 0.80])
-    for column, (ridge, thick) in enumerate((((0.02, 0.025, 0.03), 0.75), ((0.10, 0.11, 0.115), 1.0), ((0.24, 0.24, 0.245), 1.0),
-                                             ((0.44, 0.41, 0.40), 1.0))):
+    for column, (ridge, thick) in enumerate(MIST):
         v = (np.linspace(0, 1, 64) ** 0.8 * thick)[:, None]
         image[:, column] = np.array(ridge) * (1 - v) + fog * v
     encoded = np.where(image < 0.0031308, 12.92 * image, 1.055 * image ** (1 / 2.4) - 0.055)
@@ -171,8 +173,8 @@ def lantern(kind, place, size, turn, strength):
     distance = math.dist(place, EYE) / max(0.5, size / 0.5)
     count = BANDS[0] if distance < NEAR else BANDS[1] if distance < FAR else BANDS[2]
     tall = 1.25 * size
-    steps = [{"scale": [round(size, 3), round(tall, 3), round(size, 3)]}, {"rotate": {"axis": [0, 1, 0], "angle": round(turn)}},
-             {"translate": [round(c, 2) for c in place]}]
+    steps = [{"scale": [round(size, 3), round(tall, 3), round(size, 3)]},
+             {"rotate": {"axis": [0, 1, 0], "angle": round(turn)}}, {"translate": [round(c, 2) for c in place]}]
 
     def shining(name, radiance):
         return {"type": "mesh", "filename": f"meshes/lanterns/{name}.ply", "normals": "flat", "transform": steps,
@@ -221,13 +223,15 @@ def lanterns():
         z = 150 - 108 * s + numbers.gauss(0, 7)
         x = z * (0.10 + 0.33 * s - 0.62 * s**2.2 + numbers.gauss(0, 0.035 + 0.03 * s))
         y = 3 + z * (0.02 + 0.36 * s**1.35 + abs(numbers.gauss(0, 0.03)))
-        shapes += lantern("rise", (x, y, z), numbers.uniform(0.8, 1.1), numbers.uniform(0, 360), numbers.uniform(0.5, 1.1))
+        shapes += lantern("rise", (x, y, z), numbers.uniform(0.8, 1.1), numbers.uniform(0, 360),
+                          numbers.uniform(0.5, 1.1))
     return shapes
 
 
 def mesh(name, material, *steps, **keys):
     """Return a mesh of this scene."""
-    return {"type": "mesh", "filename": f"meshes/lanterns/{name}.ply", "transform": list(steps), **keys, "material": material}
+    return {"type": "mesh", "filename": f"meshes/lanterns/{name}.ply", "transform": list(steps), **keys,
+            "material": material}
 
 
 def scene():
@@ -237,13 +241,15 @@ def scene():
     hills = {"bsdf": {"type": "diffuse", "reflectance": "textures/mist.png"}, "texturewrap": "clamp"}
     planks = {"bsdf": {"type": "principled", "basecolor": [0.42, 0.22, 0.12], "roughness": 0.45}}
     shapes = [
-        {"type": "rectangle", "center": [0, 0, WATER / 2 - 20], "u": [WATER, 0, 0], "v": [0, 0, WATER], "material": water},
+        {"type": "rectangle", "center": [0, 0, WATER / 2 - 20], "u": [WATER, 0, 0], "v": [0, 0, WATER],
+         "material": water},
         *(mesh(f"hill_{k}", hills, normals="flat") for k in range(len(HILLS))),
-        mesh("boat", planks, {"scale": 2.5}, {"rotate": {"axis": [0, 1, 0], "angle": 24}}, {"translate": [-3.5, -0.11, 13.6]},
-             normals="smooth"),
-        mesh("reeds", {"bsdf": {"type": "diffuse", "reflectance": [0.05, 0.06, 0.03]}}, {"scale": 1.35}, {"translate": [-4.7, -0.1, 9.6]}, normals="flat"),
-        mesh("moon", {}, {"scale": 4.7}, {"rotate": {"axis": [0, 0, 1], "angle": -34}}, {"translate": [-107.8, 107, 330]},
-             normals="flat", emission=[1.6, 1.5, 1.25]),
+        mesh("boat", planks, {"scale": 2.5}, {"rotate": {"axis": [0, 1, 0], "angle": 24}},
+             {"translate": [-3.5, -0.11, 13.6]}, normals="smooth"),
+        mesh("reeds", {"bsdf": {"type": "diffuse", "reflectance": [0.05, 0.06, 0.03]}}, {"scale": 1.35},
+             {"translate": [-4.7, -0.1, 9.6]}, normals="flat"),
+        mesh("moon", {}, {"scale": 4.7}, {"rotate": {"axis": [0, 0, 1], "angle": -34}},
+             {"translate": [-107.8, 107, 330]}, normals="flat", emission=[1.6, 1.5, 1.25]),
         *(shape for x, z, turn in ((-4.53, 14.06, 20), (-3.39, 13.55, 65))  # on thwarts of the boat
           for shape in lantern("float", (x, 0.325, z), 0.46, turn, 1.15)[:-1]),
         *lanterns(),
@@ -256,7 +262,8 @@ def scene():
 
 def meshes():
     """Return {name: mesh} of all meshes of the scene."""
-    return {**bands(), "boat": boat(), "reeds": reeds(), "moon": moon(), **{f"hill_{k}": hill(k) for k in range(len(HILLS))}}
+    hills = {f"hill_{k}": hill(k) for k in range(len(HILLS))}
+    return {**bands(), "boat": boat(), "reeds": reeds(), "moon": moon(), **hills}
 
 
 def write_sky(path):

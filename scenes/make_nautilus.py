@@ -71,7 +71,7 @@ def shell():
         degrees = k * STEP
         r, theta = distance(degrees), START + degrees
         steps = [{"scale": round(WIDE * r, 5)}, {"rotate": {"axis": [0, 0, 1], "angle": theta}},
-                 {"translate": [round(r * math.cos(math.radians(theta)), 5), round(r * math.sin(math.radians(theta)), 5), 0]}]
+                 {"translate": [*(round(r * f(math.radians(theta)), 5) for f in (math.cos, math.sin)), 0]}]
         shapes.append(mesh("ring", {"type": "roughconductor", **CHROME, "alpha": 0.2}, *steps, *placed()))
     return [*shapes, mesh("ribs", {"type": "roughconductor", **CHROME, "alpha": 0.22}, *placed())]
 
@@ -88,7 +88,7 @@ def mesh(name, bsdf, *steps):
 
 
 def at(degrees, around=(0.0, 0.0)):
-    """Return where a point of the shell lies: at an angle along it, and aside (outwards, along z) in radii of its ring."""
+    """Return where a point of the shell lies: at an angle along it, and aside (outwards, along z) in radii there."""
     r, theta, yaw = distance(degrees), math.radians(START + degrees), math.radians(YAW)
     x, y, z = (r * (1 + WIDE * around[0]) * c for c in (math.cos(theta), math.sin(theta), 0))
     z += r * WIDE * around[1]
@@ -102,7 +102,8 @@ def scene():
     shapes = [
         {"type": "plane", "point": [0, 0, WALL], "normal": [0, 0, -1], "material": wall}, *shell(),
         {"type": "sphere", "center": at(-4), "radius": 0.60,
-         "material": {"bsdf": {"type": "plastic", "reflectance": [0.86, 0.80, 0.70]}}},
+         "material": {"bsdf": {"type": "principled", "basecolor": [0.86, 0.80, 0.70], "roughness": 0.3, "clearcoat": 0.5,
+                               "clearcoatgloss": 0.85}}},
     ]
     lights = [
         {"type": "disklight", "position": [-7.5, 4.6, -7.5], "normal": [0.75, -0.45, 0.75], "radius": 0.26,

@@ -22,7 +22,7 @@ def joined(parts):
 
 
 def ply(mesh):
-    """Return a mesh as the bytes of a binary PLY file, numbers rounded to 10^-5 so that they are the same everywhere."""
+    """Return a mesh as the bytes of a binary PLY file, numbers rounded to 10^-5, to be the same everywhere."""
     vertices, uv, triangles = mesh
     header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}",
               *(f"property float {name}" for name in "xyzuv"), f"element face {len(triangles)}",
