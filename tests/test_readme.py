@@ -26,7 +26,7 @@ SMALL = 60, 40  # pixels of pictures here, and one sample a pixel where the comm
 CORNER = 8  # rows of such a picture in which the page has the number of the step
 LIMIT = 240  # seconds for a block of commands
 SQUARE = 4  # pixels of such a picture along the sides of squares that are compared: their means have less noise
-SAME = 0.1  # of 1, greatest difference of a square: noise, and white that is cut off before pixels are averaged or after
+SAME = 0.1  # of 1, greatest difference of a square: noise, and white that is cut off before or after averaging
 TOOLS = {"python": '"$@"', "mitsuba": '-c "from mitsuba.cli import _main; import sys; sys.exit(_main())" "$@"'}
 
 
@@ -185,10 +185,14 @@ def test_steps_grow():
 
 
 def test_figures_of_speed_are_the_benchmarks():
-    """The slowest and the fastest scene beside Mitsuba's best sampler."""
-    rows = json.loads(RESULTS.read_text(encoding="utf-8"))["benchmarks"]["error"]["tables"]["at equal error"]
+    """The slowest and the fastest scene beside Mitsuba's best sampler, and a whole run of the coursework's scene."""
+    benchmarks = json.loads(RESULTS.read_text(encoding="utf-8"))["benchmarks"]
+    rows = benchmarks["error"]["tables"]["at equal error"]
     ratios = [row["llvm best, x Mitsuba"]["median"] for row in rows]
-    assert f"between {min(ratios):.1f} and {max(ratios):.0f} times" in " ".join(TEXT.split())
+    said = " ".join(TEXT.split())
+    assert f"between {min(ratios):.1f} and {max(ratios):.0f} times" in said and len(rows) == 12
+    whole = {figure["name"]: figure["reached"] for figure in benchmarks["whole_process"]["figures"]}
+    assert f"takes {whole['scene, whole process, warm']:.1f} seconds" in said
 
 
 def test_figures_of_accuracy_are_those_of_the_hard_cases():
