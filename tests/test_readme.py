@@ -144,8 +144,8 @@ def test_step_with_another_colour_is_not_what_is_shown(number, shown):
 def test_front_picture_is_that_of_the_first_command():
     """Its scene, rendered small, is what is shown on top."""
     scene = re.search(r"SCENE=(\S+)", MAKE[0])[1]
-    assert scene == f"scenes/{guide.FRONT}.json"
-    front = np.asarray(Image.open(ROOT / re.search(r"!\[.*?\]\((.*?)\)", TEXT)[1]).resize(SMALL, Image.Resampling.BOX))
+    shown = Image.open(ROOT / re.search(r"!\[.*?\]\((.*?)\)", TEXT)[1])
+    front = np.asarray(shown.resize(SMALL, Image.Resampling.BOX))
     document = json.loads((ROOT / scene).read_text(encoding="utf-8"))
     picture = guide.rendered(document, width=guide.CELL[0], height=guide.CELL[1], samples=32)
     ours = np.asarray(picture.resize(SMALL, Image.Resampling.BOX))  # lanterns are cut off at white before that

@@ -1,9 +1,8 @@
-"""`python -m tools.guide [N]`: the steps of README.md's guide to the scene format, and the pictures of that page.
+"""`python -m tools.guide [N]`: the steps of README.md's guide to the scene format, and their pictures.
 
-With a number, the whole file of that step is printed. Without, the scene of the front picture and all steps are
-rendered as they say, and written to docs/guide: `front.jpg`, `steps.jpg` (all of them small) and `last.jpg`. README.md
-is the only place where the steps are kept: each shows what is new, where keys replace those of earlier steps and shapes
-come after earlier shapes.
+With a number, the whole file of that step is printed. Without, all steps are rendered as they say, and written to
+docs/guide: `steps.jpg`, all of them small, and `last.jpg`. README.md is the only place where the steps are kept: each
+shows what is new, where keys replace those of earlier steps and shapes come after earlier shapes.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ README = ROOT / "README.md"
 FOLDER = ROOT / "docs" / "guide"
 JSON_BLOCK = re.compile(r"^```json\n(.*?)^```", re.DOTALL | re.MULTILINE)
 SCENES = ROOT / "scenes"  # stands in for the reader's folder beside it: both find the same files
-FRONT = "lanterns"  # scene of the front picture
 HOLDERS = ("camera", "scene")  # objects of which a step changes single keys
 GROWING = "shapes"  # the list to which a step adds
 CELL = 300, 200  # pixels of a small picture
@@ -114,10 +112,9 @@ def main(arguments=None):
     if options.number:
         print(as_text(documents[options.number - 1]), end="")
         return 0
-    front = rendered(json.loads((SCENES / f"{FRONT}.json").read_text(encoding="utf-8")))
     pictures = [rendered(document) for document in documents]
     FOLDER.mkdir(parents=True, exist_ok=True)
-    for name, picture in (("front", front), ("steps", page(pictures)), ("last", pictures[-1])):
+    for name, picture in (("steps", page(pictures)), ("last", pictures[-1])):
         picture.save(FOLDER / f"{name}.jpg", quality=QUALITY, comment=digest(documents))
         print(FOLDER / f"{name}.jpg")
     return 0
