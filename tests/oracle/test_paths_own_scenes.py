@@ -27,7 +27,7 @@ def judge(root, tmp_path_factory):
 
 
 @pytest.mark.parametrize("name, path, value, samples", [
-    ("lanterns", LAMP, [1.05, 1.05, 1.05], 64), ("nautilus", LAMP, times(1.03), 64),
+    ("lanterns", LAMP, [1.05, 1.05, 1.05], 64), ("nautilus", LAMP, times(1.03), 320),
 ])  # fmt: skip
 def test_own_scene(judge, root, name, path, value, samples):
     """A scene that is handed in has Mitsuba's expectation; with a brighter sky or lamp on our side not."""
