@@ -40,7 +40,8 @@ def test_only_what_missed_what_was_asked_is_told(measured):
 
 
 @pytest.mark.parametrize("contender, kind", [
-    ("ours", "ours"), ("llvm independent", "Mitsuba llvm, independent"), ("scalar orthogonal", "Mitsuba scalar, best sampler"),
+    ("ours", "ours"), ("llvm independent", "Mitsuba llvm, independent"),
+    ("scalar orthogonal", "Mitsuba scalar, best sampler"),
 ])  # fmt: skip
 def test_contenders_of_all_scenes_have_one_name(contender, kind):
     assert error.kind(contender) == kind
@@ -48,7 +49,8 @@ def test_contenders_of_all_scenes_have_one_name(contender, kind):
 
 @pytest.mark.parametrize("name, unit, told", [
     ("soup, 1000000 triangles, memory", "bytes/triangle", "soup, 1,000,000 triangles, memory, bytes/triangle"),
-    ("box, rate x log", "x Mitsuba", "box, rate × log beside Mitsuba"), ("box, speed beside Mitsuba", "x", "box, speed beside Mitsuba"),
+    ("box, rate x log", "x Mitsuba", "box, rate × log beside Mitsuba"),
+    ("box, speed beside Mitsuba", "x", "box, speed beside Mitsuba"),
 ])  # fmt: skip
 def test_missed_figures_have_names_and_units(name, unit, told):
     assert limits.name(Figure(**figure(name, "lower", 1.0, 1.0, unit=unit))) == told

@@ -15,4 +15,5 @@ def test_time_of_all_samples_is_scaled_up(monkeypatch):
 def test_pictures_are_those_that_are_handed_in():
     """Each is in TestSuite/, and its scene in scenes/."""
     for scene in gallery.SCENES:
-        assert (results.ROOT / "TestSuite" / f"{scene}.jpg").exists() and (results.ROOT / "scenes" / f"{scene}.json").exists()
+        for path in (f"TestSuite/{scene}.jpg", f"scenes/{scene}.json"):
+            assert (results.ROOT / path).exists()

@@ -90,8 +90,8 @@ def of_speedups(equal):
     axes.grid(True, axis="x", color=plots.FAINT, linewidth=0.3)
     axes.set_axisbelow(True)
     axes.tick_params(axis="y", length=0)
-    marks = [axes.bar(1, 0, color=plots.STYLES["llvm", False][0]), axes.bar(1, 0, color=plots.STYLES["scalar", False][0]),
-             axes.plot([], [], marker="D", color=plots.OURS[0], linestyle="", markersize=3.5)[0]]  # fmt: skip
+    marks = [axes.bar(1, 0, color=plots.STYLES[variant, False][0]) for variant in ("llvm", "scalar")]
+    marks += [axes.plot([], [], marker="D", color=plots.OURS[0], linestyle="", markersize=3.5)[0]]  # fmt: skip
     figure.legend(marks, ("llvm_ad_rgb", "scalar_rgb", "samples per second alone"), loc="outside upper center", ncols=3,
                   columnspacing=1, handlelength=1)  # fmt: skip
     return figure
@@ -116,7 +116,8 @@ def gain(scene):
 def of_table(equal):
     """Return the table of speed-ups: where they come from, and beside which of Mitsuba's samplers."""
     lines = [[plain(row["scene"]), results.digits(rate(row["scene"])), results.digits(gain(row["scene"])),
-              *(results.digits(results.median(row[key])) for key in (PLAIN, BEST, LEAST))] for row in equal]  # fmt: skip
+              *(results.digits(results.median(row[key])) for key in (PLAIN, BEST, LEAST))]
+             for row in equal]  # fmt: skip
     return {"table": lines}
 
 
@@ -130,7 +131,8 @@ def extremes(equal):
     for name, column in columns.items():
         for rows, suffix in ((equal, ""), (others, "_others")):
             found = sorted(value for value in map(column, rows) if not math.isnan(value))
-            told |= {f"{name}_least{suffix}": results.digits(found[0]), f"{name}_most{suffix}": results.digits(found[-1])}
+            least, most = results.digits(found[0]), results.digits(found[-1])
+            told |= {f"{name}_least{suffix}": least, f"{name}_most{suffix}": most}
         if name != "scalar":
             told |= {f"{name}_{row['scene']}": results.digits(column(row)) for row in equal}
     return told

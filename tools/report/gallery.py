@@ -25,14 +25,14 @@ def make(folder: Path) -> dict[str, str | list]:
 
 
 def facts(scene):
-    """Return what is told of a scene: its size, what it consists of, samples, and the CPU time that all of them take."""
+    """Return what is told of a scene: its size, what it consists of, samples, and the CPU time of all of them."""
     loaded = load(str(results.ROOT / "scenes" / f"{scene}.json"))
     description = loaded.description
     few, more = (seconds(loaded, samples) for samples in (FEW, MORE))
     whole = few + (more - few) * (description.spp - FEW) / (MORE - FEW)
     return {"size": f"{description.camera.width} × {description.camera.height}", "samples": str(description.spp),
-            "bounces": str(description.nbounces), "shapes": f"{len(loaded.shapes):,}", "time": results.unit(whole, "s", 1),
-            "triangles": f"{triangles_of(loaded):,}",
+            "bounces": str(description.nbounces), "shapes": f"{len(loaded.shapes):,}",
+            "time": results.unit(whole, "s", 1), "triangles": f"{triangles_of(loaded):,}",
             "finish": "denoised" if scene in testsuite.DENOISED else "as rendered"}  # fmt: skip
 
 
