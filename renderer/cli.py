@@ -105,7 +105,7 @@ def _check_mode(description, options):
         if getattr(options, name) is not None and mode not in schema.SAMPLED_MODES:
             raise UsageError(f"--{name}: mode '{mode}' has no samples")
     if options.denoise:
-        if mode not in (schema.PATHTRACER, "phong"):
+        if mode not in schema.SHADED_MODES:
             raise UsageError(f"--denoise: mode '{mode}' shows no light")
         from renderer import denoise
 

@@ -16,10 +16,9 @@ from renderer.core import srgb
 from renderer.core.errors import Problem, SceneError, UsageError
 from renderer.core.tones import NEUTRAL_EXPOSURE, shown
 from renderer.io.image import read_picture
-from renderer.scene.schema import PATHTRACER
+from renderer.scene.schema import SHADED_MODES
 
 WHITE = 255  # the greatest 8-bit value
-SHADED_MODES = ("phong", PATHTRACER)  # as renderer.engine.render has them, which loads Dr.Jit
 NEUTRAL = {"exposure": NEUTRAL_EXPOSURE, "tonemap": "linear", "encoding": "linear"}  # of pictures that show no light
 ASSUMED = {"exposure": NEUTRAL_EXPOSURE, "tonemap": "linear", "encoding": "srgb"}  # of files that do not tell
 NAMES = {"exposure": "exposure", "tonemap": "tone map", "encoding": "encoding"}

@@ -19,10 +19,8 @@ from renderer.engine.passes import Lost, Until, View, find_lost, refine
 from renderer.integrators import first_hit, integrator_of
 from renderer.samplers import KINDS as SAMPLERS
 from renderer.scene.arrange import AUTO
-from renderer.scene.schema import DEBUG_MODES, PATHTRACER
+from renderer.scene.schema import DEBUG_MODES, PATHTRACER, SHADED_MODES
 from renderer.scene.tables import compile_camera, compile_scene
-
-SHADED_MODES = ("phong", PATHTRACER)  # show light: are tone mapped, and have an albedo
 
 
 @dataclass(frozen=True)

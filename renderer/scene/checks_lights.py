@@ -20,7 +20,7 @@ def check_lights(description, kept, findings):
         environments += light.type == "environment"
         if light.type == "environment" and environments == 2:
             findings.append(Finding((lights_at, number), "must be the only environment: one is all around"))
-    if len(findings) > before or description.rendermode not in ("phong", schema.PATHTRACER):
+    if len(findings) > before or description.rendermode not in schema.SHADED_MODES:
         return
     for number, light in lights:
         if not any(light.intensity):
@@ -50,7 +50,7 @@ def _note_walls(description, kept, lights, findings):
 def _note_phong(description, lights, findings):
     """Find phong scenes that nothing lights, and area lights of which one ray a pixel shows one point."""
     world = description.scene
-    if not description.scene.lightsources and world.shapes:
+    if not world.lightsources and world.shapes:
         findings.append(Finding((None, "scene"), "has no lightsources; only ambientlight will be seen", severity=NOTE))
     areas = [number for number, light in lights if light.type in ("arealight", "disklight")]
     if areas and description.spp == 1:

@@ -16,7 +16,8 @@ from renderer.scene.quantities import (
 from renderer.scene.values import FILE_NAME, Choice, Factors, Flag, Integer, Optional, Vector
 
 PATHTRACER = "pathtracer"
-SAMPLED_MODES = ("binary", "phong", PATHTRACER)
+SHADED_MODES = ("phong", PATHTRACER)  # show light: are tone mapped, and have an albedo
+SAMPLED_MODES = ("binary", *SHADED_MODES)
 DEBUG_MODES = ("depth", "normals", "uv", "albedo", "shapes")
 RENDER_MODES = SAMPLED_MODES + DEBUG_MODES
 FILTERS = ("box", "tent", "gaussian", "mitchell")
@@ -28,6 +29,7 @@ MAX_SIDE = 65_536  # pixels
 MAX_PIXELS = 2**28  # pixels: a float32 film of 3 GiB
 MAX_SAMPLES = 2**24  # a pixel
 MAX_BOUNCES = 64
+
 
 def material():
     """Return the declaration of a shape's `material`."""

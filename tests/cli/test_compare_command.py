@@ -12,7 +12,7 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from renderer import cli, difference, options, pair as pairs
+from renderer import cli, difference, options
 from renderer.core import srgb
 from renderer.io import image
 
@@ -149,13 +149,6 @@ def test_real_render_agrees_with_itself(scene, capfd, mode, settings):
     found = told(capfd, "a.ppm", "a.exr")
     assert found["greatest_levels"] <= 1 and found["differing_pixels"] == 0
     assert max(found["picture_mean"]) > 0 and found["remarks"][0].endswith("(header of a.exr)")
-
-
-def test_modes_that_show_light_are_those_of_the_engine():
-    """A copy, because asking would load Dr.Jit."""
-    from renderer.engine import render
-
-    assert pairs.SHADED_MODES == render.SHADED_MODES
 
 
 def test_settings_come_from_options_then_the_reference_then_the_picture(capfd):
