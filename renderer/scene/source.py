@@ -98,7 +98,7 @@ def _shown(value, token):
         return f"a list of {len(value)} value{'' if len(value) == 1 else 's'}"
     if type(value) is str:
         return "an empty text" if not value else f"the text {quoted(value)}"
-    text = token if token is not None and token not in "{[" else str(value) if type(value) is float else f"{value:d}"
+    text = token if token is not None and token not in "{[" else repr(value)
     return text if len(text) <= 40 else f"{text[:30]}... ({len(text)} characters)"
 
 

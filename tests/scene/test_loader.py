@@ -2,7 +2,9 @@
 
 import json
 import re
+from decimal import Decimal
 
+import numpy as np
 import pytest
 
 from renderer.core.errors import SceneError, UsageError
@@ -101,7 +103,7 @@ MISTAKES = [
     ("CAMERA", ', "upVector": [0, 0, 0.0]', "[0, 0, 0.0]", "camera.upVector",
      "must not be [0, 0, 0]: the picture needs an up direction"),
     ("CAMERA", ', "type": "fisheye"', '"fisheye"', "camera.type",
-     "unknown camera type 'fisheye' (known: pinhole, thinlens)"),
+     "unknown camera type 'fisheye' (known: pinhole, thinlens, orthographic)"),
     ("TOP", ',\n  "rendermode": "phng"', '"phng"', "rendermode",
      "unknown rendermode 'phng', did you mean 'phong'? "
      "(known: binary, phong, pathtracer, depth, normals, uv, albedo, shapes)"),
@@ -272,6 +274,14 @@ def test_values_are_shown_short(refused, document):
     document["camera"]["width"] = 10**1000
     for problem in refused(document):
         assert len(problem.message) < 160
+
+
+@pytest.mark.parametrize("value, told", [(np.float64(40), "float64"), (Decimal(40), "Decimal('40')"), ({1}, "{1}")])
+def test_values_that_no_file_can_hold_are_told(document, value, told):
+    """Programs that make a document may leave numbers of other kinds in it."""
+    document["camera"]["fov"] = value
+    with pytest.raises(SceneError, match=re.escape(told)):
+        from_dict(document)
 
 
 # Modes and documents
