@@ -11,9 +11,9 @@ from benchmarks.feature_patches import patched
 from renderer.engine.render import render
 from renderer.scene.loader import override
 from tools.report import drawing, pairs, path_scenes
-from tools.report.results import THIN, UNASKED, cost, digits, median, row, table, times, words
+from tools.report.results import THIN, UNASKED, UNMEASURED, cost, digits, median, row, table, times, words
 
-WIDE = 480, 240  # pixels of pictures that are wide
+WIDE = {"bsdfs": ((480, 240), 192), "lights": ((480, 200), 256)}  # pixels, and samples a pixel
 TABLE_SIZE, TABLE_SAMPLES = (240, 160), 128  # of the scenes whose agreement is told in tables
 TRIOS = {  # name: scene, size, samples a pixel
     "lens": ("features/camera_thinlens", pairs.SIZE, 64),
@@ -24,8 +24,8 @@ TRIOS = {  # name: scene, size, samples a pixel
     "filter": ("features/filter_mitchell", pairs.SIZE, 32),
 }
 BSDFS = {"diffuse": "diffuse", "mirror": "mirror", "plastic": "plastic", "conductor": "conductor",
-         "roughconductor": "roughconductor, GGX and Beckmann", "dielectric": "dielectric",
-         "roughdielectric": "roughdielectric, GGX and Beckmann", "principled": "principled",
+         "roughconductor": "roughconductor", "dielectric": "dielectric",
+         "roughdielectric": "roughdielectric", "principled": "principled",
          "textured": "parameters from images"}  # fmt: skip
 LIGHTS = {"pointlight": ("light_pointlight_paths", "pointlight"), "spot": ("light_spot", "spot"),
           "directional": ("light_directional", "directional"), "arealight": ("light_arealight", "arealight"),
@@ -53,9 +53,9 @@ def make(folder: Path) -> dict:
     one_or_many(folder)
     for name, (scene, size, samples) in TRIOS.items():
         numbers |= pairs.pair(folder, name, scene, size=size, samples=samples)
-    for name, samples in (("bsdfs", 192), ("lights", 256)):
+    for name, (size, samples) in WIDE.items():
         document = getattr(path_scenes, name)()
-        numbers |= pairs.pair(folder, name, path_scenes.FOLDER, document=document, size=WIDE, samples=samples)
+        numbers |= pairs.pair(folder, name, path_scenes.FOLDER, document=document, size=size, samples=samples)
     filters(folder)
     numbers["bsdfs"] = [agreement_row(f"bsdf_{key}", f"bsdf_{key}", said) for key, said in BSDFS.items()]
     numbers["bsdfs"].insert(2, coursework_row())
@@ -185,9 +185,17 @@ def switches():
         on, off = (error(radiance(small(document, 64, **{switch: value})), reference) for value in (True, False))
         numbers |= {f"{key}_error": times(on / off), f"{key}_variance": digits((off / on) ** 2)}
         if key == "roulette":
+            numbers["roulette_squared"] = (on / off) ** 2
             early = error(radiance(small(document, 64), patch="early roulette"), reference)
             numbers["roulette_early"] = times(early / off)
-    return numbers
+    return numbers | {"roulette_equal": error_times_time("pathtracer.roulette", numbers.pop("roulette_squared"))}
+
+
+def error_times_time(feature, squared):
+    """Return squared error times time of a feature, beside those without it, as its CPU time was measured."""
+    if cost(feature)["times"] == UNMEASURED:
+        return UNMEASURED
+    return times(squared * median(row("features", "features", feature=feature)["time, x without"]))
 
 
 def choices():
