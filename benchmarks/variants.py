@@ -21,10 +21,7 @@ from renderer.core import rows
 from renderer.core.backend import UInt32, Vector3f
 from renderer.engine.film import Film
 from renderer.engine.loop import pixel_corner, sample_pixels
-from renderer.engine.render import render
-from renderer.integrators import integrator_of
-from renderer.samplers import KINDS as SAMPLERS
-from renderer.scene.tables import compile_camera, compile_scene
+from renderer.engine.render import render, set_up
 
 SCENE = "scene"
 TOGETHER = 16  # samples of a pixel that have lanes of their own at the same time, if each sample has one
@@ -75,20 +72,17 @@ def _patched(**limits):
 
 def lane_per_sample(loaded):
     """Return the mean of the same samples that `render` takes (seed 0), each traced by a lane of its own."""
-    description = loaded.description
-    camera, pixels = description.camera, description.camera.width * description.camera.height
-    scene, compiled_camera = compile_scene(loaded), compile_camera(camera)
-    integrator = integrator_of("phong")(scene, description.nbounces)
-    together = min(TOGETHER, description.spp)
+    description, (_, view) = loaded.description, set_up(loaded)
+    pixels, together = view.width * view.height, min(TOGETHER, description.spp)
     lane = dr.arange(UInt32, pixels * together)
     pixel = lane // dr.opaque(UInt32, together)
-    corner = pixel_corner(pixel, dr.opaque(UInt32, camera.width))
-    sampler = SAMPLERS[description.sampler](pixel, dr.opaque(UInt32, 0))
+    corner = pixel_corner(pixel, dr.opaque(UInt32, view.width))
+    sampler = view.sampler(pixel, dr.opaque(UInt32, view.seed))
     total = dr.zeros(Vector3f, pixels)
     for done in range(0, description.spp, together):
         sample = lane - pixel * together + dr.opaque(UInt32, done)
         film = Film.empty(pixels * together, single=True)
-        film = sample_pixels(integrator, compiled_camera, sampler, corner, film, sample, sample + 1)
+        film = sample_pixels(view.integrator, view.ray, sampler, corner, film, (sample, sample + 1))
         total += dr.block_sum(film.total, together)
         dr.eval(total)
         dr.sync_thread()

@@ -4,6 +4,9 @@ One lane a pixel: as soon as its path ends it starts its next sample, so that th
 the longest path among them. The image stays in registers, and memory does not depend on the number of samples.
 
 Where pixels differ much in what they cost, lanes render several one after the other (engine/tiles.py).
+
+`ray(sampler, corner, sample)` returns origin and direction of the camera rays of samples, and whether these count
+negatively (None: none ever does); `span` is the first sample and the one after the last, opaque UInt32.
 """
 
 from __future__ import annotations
@@ -14,9 +17,8 @@ import drjit as dr
 
 from renderer.core.backend import Bool, Float, Float64, UInt32, Vector2f, Vector3f
 from renderer.engine.film import Film
-from renderer.engine.filters import Box
 from renderer.engine.tiles import NO_PIXEL
-from renderer.samplers.base import LENS, PIXEL, Draws
+from renderer.samplers.base import Draws
 
 
 def pixel_corner(pixel, width):
@@ -28,28 +30,11 @@ def pixel_corner(pixel, width):
     return Vector2f(Float(pixel - row * width), Float(row))
 
 
-def camera_ray(camera, sampler, corner, sample, centred, pixel_filter):
-    """Return origin and direction of a sample's ray, and whether it counts negatively (None: the filter never does)."""
-    kind, row = camera
-    if centred:
-        return *kind.ray(row, corner + Vector2f(0.5)), None
-    offset = pixel_filter.offset(sampler.u2(sample, PIXEL))
-    lens = sampler.u2(sample, LENS) if kind.has_lens else None
-    return *kind.ray(row, corner + offset.position, lens), offset.negative
-
-
-def sample_pixels(integrator, camera, sampler, corner, film, first, end, centred=False, pixel_filter=Box()):
-    """Return the Film (one lane a pixel) with the samples from `first` up to `end`, added in their order.
-
-    `centred` sends every ray through the middle of its pixel and of the lens; `first` and `end` are opaque UInt32.
-    """
-    lanes = dr.width(corner)
-
-    def ray(sample):
-        return camera_ray(camera, sampler, corner, sample, centred, pixel_filter)
-
+def sample_pixels(integrator, ray, sampler, corner, film, span):
+    """Return the Film (one lane a pixel) with the samples of a span, added in their order."""
+    lanes, (first, end) = dr.width(corner), span
     sample = first + dr.zeros(UInt32, lanes)
-    o, d, negative = ray(sample)
+    o, d, negative = ray(sampler, corner, sample)
     path = integrator.restart(integrator.start(lanes), True, o, d)
 
     def finished(sample, path, current, negative, film, where):
@@ -57,7 +42,7 @@ def sample_pixels(integrator, camera, sampler, corner, film, first, end, centred
         film = film.add(current, where & (sample < end), negative)
         sample = sample + dr.select(where, UInt32(1), 0)
         current = dr.select(where, 0, current)
-        o, d, next_negative = ray(sample)
+        o, d, next_negative = ray(sampler, corner, sample)
         if negative is not None:
             negative = dr.select(where, next_negative, negative)
         return sample, integrator.restart(path, where, o, d), current, negative, film
@@ -65,10 +50,10 @@ def sample_pixels(integrator, camera, sampler, corner, film, first, end, centred
     def advance(sample, path, current, negative, film):
         hit = ()
         if integrator.looks_ahead:
-            first = integrator.trace(path)
-            current = current + dr.select(first.valid, 0, integrator.missed(path))
-            sample, path, current, negative, film = finished(sample, path, current, negative, film, ~first.valid)
-            hit = (dr.select(first.valid, first, integrator.trace(path)),)
+            ahead = integrator.trace(path)
+            current = current + dr.select(ahead.valid, 0, integrator.missed(path))
+            sample, path, current, negative, film = finished(sample, path, current, negative, film, ~ahead.valid)
+            hit = (dr.select(ahead.valid, ahead, integrator.trace(path)),)
         added, alive, path = integrator.step(path, Draws(sampler, sample), *hit)
         return finished(sample, path, current + added, negative, film, ~alive)
 
@@ -90,17 +75,13 @@ class Turn:
     film: Film
 
 
-def sample_tiles(integrator, camera, lanes_of, tiles, film, first, end, centred=False, pixel_filter=Box()):
-    """Return the Film of the pixels of Tiles with the samples from `first` up to `end`, added in their order.
+def sample_tiles(integrator, ray, lanes_of, tiles, film, span):
+    """Return the Film of the pixels of Tiles with the samples of a span, added in their order.
 
     `lanes_of` returns the sampler and the corner of pixels by their numbers.
     """
     dr.eval(film)  # what it adds up to now is read in the loop
-    lanes, after = tiles.lanes, film.opaque()
-
-    def ray(turn):
-        """Return the rays of the lanes' samples."""
-        return camera_ray(camera, lanes_of(turn.pixel)[0], turn.corner, turn.sample, centred, pixel_filter)
+    lanes, after, (first, end) = tiles.lanes, film.opaque(), span
 
     def turned(number):
         """Return the Turn of this number in each lane."""
@@ -121,7 +102,7 @@ def sample_tiles(integrator, camera, lanes_of, tiles, film, first, end, centred=
         complete = (turn.sample >= end) & (turn.number < tiles.turns)
         (turn,) = dr.if_stmt((turn,), complete, moved, lambda turn: (turn,), label="next pixel")
         where = where | complete
-        o, d, next_negative = ray(turn)
+        o, d, next_negative = ray(lanes_of(turn.pixel)[0], turn.corner, turn.sample)
         if negative is not None:
             negative = dr.select(where, next_negative, negative)
         return turn, integrator.restart(path, where, o, d), dr.select(where, 0, current), negative
@@ -131,7 +112,7 @@ def sample_tiles(integrator, camera, lanes_of, tiles, film, first, end, centred=
         return finished(turn, path, current + added, negative, ~alive)
 
     turn = turned(dr.zeros(UInt32, lanes))
-    o, d, negative = ray(turn)
+    o, d, negative = ray(lanes_of(turn.pixel)[0], turn.corner, turn.sample)
     path = integrator.restart(integrator.start(lanes), True, o, d)
     dr.while_loop(
         (turn, path, dr.zeros(Vector3f, lanes), negative),
@@ -140,9 +121,9 @@ def sample_tiles(integrator, camera, lanes_of, tiles, film, first, end, centred=
     return after
 
 
-def follow_sample(integrator, camera, sampler, corner, sample, centred=False, pixel_filter=Box()):
+def follow_sample(integrator, ray, sampler, corner, sample):
     """Return the radiance of one sample a lane, whatever it is."""
-    o, d, _ = camera_ray(camera, sampler, corner, sample, centred, pixel_filter)
+    o, d, _ = ray(sampler, corner, sample)
     lanes = dr.width(corner)
     path = integrator.restart(integrator.start(lanes), True, o, d)
 

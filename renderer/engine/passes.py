@@ -14,11 +14,12 @@ from dataclasses import dataclass
 
 import drjit as dr
 
-from renderer.core.backend import NAME, Float64, UInt32, new_scope
-from renderer.engine.filters import Box
+from renderer.core.backend import NAME, Float64, UInt32, Vector2f, new_scope
 from renderer.engine.film import Film, is_finite, joined, relative_error
+from renderer.engine.filters import Box
 from renderer.engine.loop import follow_sample, pixel_corner, sample_pixels, sample_tiles
 from renderer.engine.tiles import Tiles
+from renderer.samplers.base import LENS, PIXEL
 from renderer.scene.schema import MAX_SAMPLES
 
 PASS_SECONDS = 0.5  # aim for the length of a pass: often enough for progress and Ctrl-C
@@ -62,8 +63,17 @@ class View:
     width: int
     height: int
     seed: int = 0
-    centred: bool = False
+    centred: bool = False  # whether all rays go through the middles of their pixels and of the lens
     pixel_filter: object = Box()
+
+    def ray(self, sampler, corner, sample):
+        """Return origin and direction of samples' rays, and whether they count negatively (None: none ever does)."""
+        kind, row = self.camera
+        if self.centred:
+            return *kind.ray(row, corner + Vector2f(0.5)), None
+        offset = self.pixel_filter.offset(sampler.u2(sample, PIXEL))
+        lens = sampler.u2(sample, LENS) if kind.has_lens else None
+        return *kind.ray(row, corner + offset.position, lens), offset.negative
 
     def _inputs(self):
         """Return what `_lanes` needs of a kernel's inputs; to be made outside of loops."""
@@ -77,23 +87,21 @@ class View:
         """Return the film with the samples from `first` up to `end`, not evaluated yet; its lanes begin at `pixel`."""
         new_scope()  # so that all passes have the kernel of the first
         inputs, count = self._inputs(), len(film.lost)
-        how = dr.opaque(UInt32, first), dr.opaque(UInt32, end), self.centred, self.pixel_filter
+        span = dr.opaque(UInt32, first), dr.opaque(UInt32, end)
         if self.integrator.uneven and film.rest is not None:
             tiles = Tiles(self.width, pixel, count)
             return sample_tiles(
-                self.integrator, self.camera, lambda pixel: self._lanes(pixel, *inputs), tiles, film, *how
+                self.integrator, self.ray, lambda pixel: self._lanes(pixel, *inputs), tiles, film, span
             )
         sampler, corner = self._lanes(dr.opaque(UInt32, pixel) + dr.arange(UInt32, count), *inputs)
-        return sample_pixels(self.integrator, self.camera, sampler, corner, film, *how)
+        return sample_pixels(self.integrator, self.ray, sampler, corner, film, span)
 
     def follow(self, pixel, first, count=1):
         """Return the radiance of `count` samples of one pixel, evaluated, one lane each, whether finite or not."""
         sampler, corner = self._lanes(dr.opaque(UInt32, pixel) + dr.zeros(UInt32, count), *self._inputs())
         sample = dr.opaque(UInt32, first) + dr.arange(UInt32, count)
         dr.eval(sampler, corner, sample)
-        radiance = follow_sample(
-            self.integrator, self.camera, sampler, corner, sample, self.centred, self.pixel_filter
-        )
+        radiance = follow_sample(self.integrator, self.ray, sampler, corner, sample)
         dr.eval(radiance)
         return radiance
 
@@ -163,10 +171,11 @@ def _parts(view, until, variance):
     """Return the picture's parts, without samples."""
     pixels, signed = view.width * view.height, view.pixel_filter.signed
     if until.samples == 1:
-        return [Part(0, Film.empty(pixels, True, signed))]
+        return [Part(0, Film.empty(pixels, single=True, signed=signed))]
     sizes = [min(PART_PIXELS, pixels - pixel) for pixel in range(0, pixels, PART_PIXELS)]
     # opaque, so that the first pass uses the kernel of the others
-    return [Part(k * PART_PIXELS, Film.empty(size, False, signed, variance).opaque()) for k, size in enumerate(sizes)]
+    films = (Film.empty(size, signed=signed, variance=variance).opaque() for size in sizes)
+    return [Part(k * PART_PIXELS, film) for k, film in enumerate(films)]
 
 
 def _step(until, done, error, seconds, parts, elapsed):

@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks import plots
 from renderer.core.backend import Bool, UInt32, new_scope
-from renderer.engine.loop import camera_ray, pixel_corner
+from renderer.engine.loop import pixel_corner
 from renderer.engine.render import set_up
 from renderer.engine.tiles import NO_PIXEL, PACKET, Tiles
 from renderer.samplers.base import Draws
@@ -63,7 +63,7 @@ def steps_taken(name):
         pixel, sample = dr.arange(UInt32, pixels), dr.opaque(UInt32, number) + dr.zeros(UInt32, pixels)
         sampler = view.sampler(pixel, dr.opaque(UInt32, view.seed))
         corner = pixel_corner(pixel, dr.opaque(UInt32, view.width))
-        o, d, _ = camera_ray(view.camera, sampler, corner, sample, view.centred, view.pixel_filter)
+        o, d, _ = view.ray(sampler, corner, sample)
         path = integrator.restart(integrator.start(pixels), True, o, d)
 
         def advance(path, count, alive):
