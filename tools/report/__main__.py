@@ -95,13 +95,13 @@ def main(arguments=None) -> int:
     parser.add_argument("--only-typeset", action="store_true", help="take figures and numbers as they were made last")
     parser.add_argument("--pages", action="store_true", help="also write each page as out/report/page-NUMBER.png")
     options = parser.parse_args(arguments)
-    made = {}
     try:
         for part in () if options.only_typeset else options.parts or PARTS:
             begun = time.monotonic()
-            made[part] = make(part, ROOT / MADE / part)
-            print(f"{part}: {len(made[part])} numbers, {time.monotonic() - begun:.0f} s", flush=True)
-        gather(ROOT, made)
+            numbers = make(part, ROOT / MADE / part)
+            gather(ROOT, {part: numbers})
+            print(f"{part}: {len(numbers)} numbers, {time.monotonic() - begun:.0f} s", flush=True)
+        gather(ROOT, {})
         report = typeset()
         pages = page_count(report)
         if options.pages:
