@@ -1,9 +1,10 @@
-"""Fixtures that compare our picture of a scene with Mitsuba's."""
+"""Fixtures that compare our picture of a scene with Mitsuba's: ray by ray, or path traced."""
 
 import pytest
 
 from tests.support import oracle as sides
 from tests.support.documents import write_texture
+from tests.support.paths import Judge
 
 GEOMETRY = ("shape", "depth", "normal", "uv", "albedo")
 
@@ -21,3 +22,9 @@ def agree(tmp_path):
         return {name: oracle.check(name, sides.observe(loaded, name)) for name in names}
 
     return check
+
+
+@pytest.fixture(scope="module")
+def judge(tmp_path_factory):
+    """Both sides of a module's path-traced cases."""
+    return Judge(tmp_path_factory.mktemp("paths"))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.support.paths import Case, Judge, scene, times
+from tests.support.paths import Case, scene, times
 
 pytestmark = pytest.mark.oracle
 
@@ -97,14 +97,7 @@ CASES = {
 }
 
 
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory):
-    """Both sides of the cases below."""
-    return Judge(tmp_path_factory.mktemp("bsdfs"))
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_bsdf(judge, name):
     """Our picture has Mitsuba's expectation, and a material that is a little wrong does not."""
-    judge.agree(CASES[name])
-    judge.refuse(CASES[name])
+    judge.decide(CASES[name])

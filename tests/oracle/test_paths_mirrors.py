@@ -7,7 +7,7 @@ own pictures without that way, and twins with another lamp, mirror or number of 
 import pytest
 
 from tests.support.documents import changed
-from tests.support.paths import Case, Judge, ours, scene, times
+from tests.support.paths import Case, ours, scene, times
 from tests.support.stats import P_LEAST, compare
 
 pytestmark = pytest.mark.oracle
@@ -24,7 +24,8 @@ SQUARE = {"type": "arealight", "position": [0.9, 1.2, -1.2], "u": [0.3, 0, 0.1],
           "intensity": [20, 25, 30]}
 BALL = {"type": "sphere", "center": [0.3, -0.3, 0.2], "radius": 0.6, "material": MIRROR}
 SMALL = {"type": "sphere", "center": [-0.9, -0.6, 0.4], "radius": 0.3, "material": MIRROR}
-PANE = {"type": "rectangle", "center": [0.8, -0.1, 0.6], "u": [1.0, 0.1, -0.9], "v": [0.1, 1.4, 0.1], "material": MIRROR}
+PANE = {"type": "rectangle", "center": [0.8, -0.1, 0.6], "u": [1.0, 0.1, -0.9], "v": [0.1, 1.4, 0.1],
+        "material": MIRROR}
 ROUND = {"type": "disk", "center": [0.6, -0.6, 0.2], "normal": [-0.5, 0.7, -0.6], "radius": 0.5, "material": MIRROR}
 SHARD = {"type": "triangle", "v0": [0.2, -0.9, 0.8], "v1": [1.3, -0.8, 0.1], "v2": [0.9, 0.6, 0.7], "material": MIRROR}
 BLOCK = {"type": "box", "min": [-0.5, -0.9, -0.6], "max": [-0.2, -0.2, -0.3], "material": GREY}
@@ -56,8 +57,8 @@ SCENES = {
     "one_sided": lit(BALL, PANE, lights=[{**SQUARE, "twosided": False}, {**LAMP, "twosided": False}]),
     "shining_mirror": lit(BALL, SHINING, lights=()),
     "behind_glass": lit(BALL, {"type": "sphere", "center": [-0.6, 0.4, -0.7], "radius": 0.3, "material": GLASS}),
-    "inside_a_ball": scene({"type": "sphere", "center": [0, 0, 0], "radius": 5.0, "material": {**PAINTED, "reflectivity": 0.3}}, BLOCK, FLOOR,
-                           lights=[LAMP], bounces=3),
+    "inside_a_ball": scene({"type": "sphere", "center": [0, 0, 0], "radius": 5.0,
+                            "material": {**PAINTED, "reflectivity": 0.3}}, BLOCK, FLOOR, lights=[LAMP], bounces=3),
     "many_mirrors": lit(BALL, SMALL, PANE, ROUND, {**SHARD, "v0": [-1.3, 0.4, 0.9]}),
     "sky_too": lit(BALL, PANE, background=[0.3, 0.4, 0.5]),
     "glossy": lit(BALL, {**BLOCK, "material": {"bsdf": {"type": "roughconductor", "alpha": 0.2}}}),
@@ -75,12 +76,6 @@ REFERENCE_SAMPLES = 512
 BOUND = 0.02
 
 
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory):
-    """Both sides of the cases below."""
-    return Judge(tmp_path_factory.mktemp("mirrors"))
-
-
 def by_chance(judge, document):
     """Return our pictures of a document without the way over mirrors."""
     return ours(judge.load(Case(document, "", None), {**document, "mirrorlight": False}), 4 * SAMPLES)
@@ -91,7 +86,7 @@ def demand(verdict):
     assert verdict.coarse_p >= P_LEAST and verdict.bound < BOUND, verdict
 
 
-BRIEF = ("ball", "pane", "two_lamps", "sky_too")  # where chance is asked too; Mitsuba is always
+SHORT = ("ball", "pane", "two_lamps", "sky_too")  # of these the quick tests ask chance too; Mitsuba is always asked
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -101,7 +96,8 @@ def test_light_over_mirrors(judge, name):
     demand(compare(ours(judge.load(case, SCENES[name]), SAMPLES), judge.reference(case)))
 
 
-@pytest.mark.parametrize("name", [name if name in BRIEF else pytest.param(name, marks=pytest.mark.slow) for name in SCENES])
+@pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in SHORT else pytest.mark.slow)
+                                  for name in SCENES])
 def test_ways_over_mirrors_change_noise_only(judge, name):
     """With and without them the expectation is the same."""
     with_ways = ours(judge.load(Case(SCENES[name], "", None), SCENES[name]), SAMPLES)

@@ -34,12 +34,11 @@ def test_own_scene(judge, root, name, path, value, samples):
     document = json.loads((root / "scenes" / f"{name}.json").read_text())
     document |= {"camera": {**document["camera"], **SIZE}, "sampler": "independent", "filter": "box"}
     case = Case(document, path, value, samples)
-    judge.agree(case)
-    judge.refuse(case)
+    judge.decide(case)
 
 
 def test_light_by_way_of_mirrors(judge, root):
-    """What mirrors throw on the wall, by means of squares: Mitsuba finds lamps in mirrors by chance, wide ones at that."""
+    """What mirrors throw on the wall, by means of squares: Mitsuba finds lamps in mirrors by chance, if wide."""
     document = json.loads((root / "scenes" / "reflections.json").read_text())
     document |= {"camera": {**document["camera"], **SIZE}, "sampler": "independent", "filter": "box"}
     for lamp in document["scene"]["lightsources"]:

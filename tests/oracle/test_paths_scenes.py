@@ -11,7 +11,7 @@ from renderer.engine.render import render
 from renderer.scene.loader import override
 from tests.support.documents import SHAPES, changed, write_texture
 from tests.support.meshes import lump, mesh, write
-from tests.support.paths import Case, Judge, ours, scene, times
+from tests.support.paths import Case, ours, scene, times
 from tests.support.stats import compare, demand_equal
 
 pytestmark = pytest.mark.oracle
@@ -54,7 +54,7 @@ def in_room(*shapes, bounces=5, path=INTENSITY, value=None, samples=256, **setti
     return Case(document, path, times(1.01) if value is None else value, samples)
 
 
-def at_camera(path, value, samples=256, shapes=(BALL, FLOOR), files=(), **camera):
+def at_camera(path, value, samples=256, shapes=(BALL, FLOOR), **camera):
     """Return the Case of a camera."""
     return Case(scene(*shapes, lights=[LAMP], background=SKY, camera=camera), f"camera.{path}", value, samples)
 
@@ -226,14 +226,7 @@ def test_render_command_path(judge):
     demand_equal(np.array(pictures), judge.reference(case))
 
 
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory):
-    """Both sides of the cases below."""
-    return Judge(tmp_path_factory.mktemp("scenes"))
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_scene(judge, name):
     """Our picture has Mitsuba's expectation, and the twin has not."""
-    judge.agree(CASES[name])
-    judge.refuse(CASES[name])
+    judge.decide(CASES[name])

@@ -4,7 +4,7 @@ import pytest
 
 from tests.support.documents import SHAPES
 from tests.support.meshes import lump, mesh, write
-from tests.support.paths import Case, Judge, scene, times
+from tests.support.paths import Case, scene, times
 
 pytestmark = pytest.mark.oracle
 
@@ -59,14 +59,7 @@ CASES = {
 }
 
 
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory):
-    """Both sides of the cases below."""
-    return Judge(tmp_path_factory.mktemp("shapes"))
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_emitter(judge, name):
     """Our picture has Mitsuba's expectation, and light that is a little too bright does not."""
-    judge.agree(CASES[name])
-    judge.refuse(CASES[name])
+    judge.decide(CASES[name])

@@ -37,9 +37,7 @@ def test_morning(root, tmp_path):
     document = changed(document, f"scene.shapes.{sun}.radius", times(WIDER))
     document = changed(document, f"scene.shapes.{sun}.emission", times(WIDER**-2))
     case = Case(document, f"scene.shapes.{sun}.emission", times(1.03), 320, (files,))
-    judge = Judge(tmp_path)
-    judge.agree(case)
-    judge.refuse(case)
+    Judge(tmp_path).decide(case)
 
 
 @pytest.fixture(scope="module")

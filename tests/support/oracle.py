@@ -79,7 +79,6 @@ class Oracle:
         return compare.check_values(name, ours, self.reference[name], where, self.spread(name),
                                     self.round if name == "uv" else None)
 
-
     def _check_colour(self, ours):
         """Raise Mismatch unless the colours agree; pixels where Mitsuba's own colour hangs on rounding do not count."""
         try:
@@ -99,7 +98,7 @@ class Oracle:
         return whitted.colour_uncertainty(self.loaded)
 
 
-@functools.lru_cache(maxsize=None)
+@functools.cache
 def oracle(loaded):
     """Return the Oracle of a loaded scene; Mitsuba renders each scene once."""
     return Oracle(loaded)

@@ -102,6 +102,11 @@ class Judge:
         path.write_text(json.dumps(document))
         return load(path)
 
+    def decide(self, case):
+        """Demand that our picture has Mitsuba's expectation, and that the changed one has not."""
+        self.agree(case)
+        self.refuse(case)
+
     def agree(self, case):
         """Demand that our picture has Mitsuba's expectation; return the Verdict."""
         right = self.load(case, case.document)
