@@ -248,7 +248,7 @@ def scene():
              {"translate": [-3.5, -0.11, 13.6]}, normals="smooth"),
         mesh("reeds", {"bsdf": {"type": "diffuse", "reflectance": [0.05, 0.06, 0.03]}}, {"scale": 1.35},
              {"translate": [-4.7, -0.1, 9.6]}, normals="flat"),
-        mesh("moon", {}, {"scale": 4.7}, {"rotate": {"axis": [0, 0, 1], "angle": -34}},
+        mesh("moon", {"bsdf": {"type": "diffuse"}}, {"scale": 4.7}, {"rotate": {"axis": [0, 0, 1], "angle": -34}},
              {"translate": [-107.8, 107, 330]}, normals="flat", emission=[1.6, 1.5, 1.25]),
         *(shape for x, z, turn in ((-4.53, 14.06, 20), (-3.39, 13.55, 65))  # on thwarts of the boat
           for shape in lantern("float", (x, 0.325, z), 0.46, turn, 1.15)[:-1]),
