@@ -35,6 +35,16 @@ def subtract(a, b):
     return [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 
 
+def disk_reach(normal, radius):
+    """Return how far a disk with this unit normal reaches along each axis: r sqrt(1 - n^2) for the cosine n to it."""
+    return [radius * math.sqrt(max(0.0, 1 - n * n)) for n in normal]
+
+
+def box_around(middle, reach):
+    """Return the lowest and the highest corner of a box that reaches so far from its middle along each axis."""
+    return [c - r for c, r in zip(middle, reach)], [c + r for c, r in zip(middle, reach)]
+
+
 def frame(normal):
     """Return the tangents (t, b) of a unit normal that texture coordinates are measured along.
 

@@ -2,7 +2,7 @@
 
 import drjit as dr
 
-from renderer.core.vectors import cross, frame, unit
+from renderer.core.vectors import frame, unit
 from renderer.core.warp import square_to_disk
 from renderer.lights.base import LightKind, LightSample, direction_to, register
 
@@ -11,9 +11,7 @@ CENTER, INTENSITY, EDGE_U, EDGE_V = 0, 3, 6, 9
 
 def pack(light):
     """Return middle, intensity and two radii at a right angle."""
-    n = unit(light.normal)
-    t = frame(n)[0]
-    radii = [[light.radius * x for x in edge] for edge in (t, cross(n, t))]
+    radii = [[light.radius * x for x in edge] for edge in frame(unit(light.normal))]
     return [*light.position, *light.intensity, *radii[0], *radii[1]]
 
 

@@ -25,9 +25,7 @@ def edges(shape):
     if shape.type == "rectangle":
         return [c - 0.5 * (u + v) for c, u, v in zip(shape.center, shape.u, shape.v)], [*shape.u], [*shape.v]
     if shape.type == "disk":
-        n = unit(shape.normal)
-        t = frame(n)[0]
-        return [*shape.center], [shape.radius * x for x in t], [shape.radius * x for x in cross(n, t)]
+        return [*shape.center], *([shape.radius * x for x in edge] for edge in frame(unit(shape.normal)))
     return [*shape.v0], subtract(shape.v1, shape.v0), subtract(shape.v2, shape.v0)
 
 

@@ -10,7 +10,7 @@ import itertools
 import math
 
 from renderer.core.hull import corners, unit_halfspaces, volume
-from renderer.core.vectors import dot, frame, length, subtract, unit
+from renderer.core.vectors import box_around, disk_reach, dot, frame, length, subtract, unit
 from renderer.scene import schema
 
 RIM_POINTS = 360  # exact to (pi / 360)^2 / 2 = 4e-5 of the radius
@@ -94,8 +94,8 @@ def _bounds(shape):
         return [math.inf] * 3, [-math.inf] * 3
     if isinstance(shape, schema.Cylinder):  # its rims are many points
         axis = unit(shape.axis)
-        reach = [shape.height * abs(a) + shape.radius * math.sqrt(max(0.0, 1 - a * a)) for a in axis]
-        return [c - r for c, r in zip(shape.center, reach)], [c + r for c, r in zip(shape.center, reach)]
+        reach = [shape.height * abs(along) + cap for along, cap in zip(axis, disk_reach(axis, shape.radius))]
+        return box_around(shape.center, reach)
     points, ball = _extreme_points(shape)
     return [min(axis) - ball for axis in zip(*points)], [max(axis) + ball for axis in zip(*points)]
 

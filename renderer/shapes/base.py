@@ -26,7 +26,9 @@ import drjit as dr
 
 from renderer.core.backend import Float, Vector3f
 from renderer.core.numeric import EPSILON, TINY, greater
+from renderer.core.records import Surface
 from renderer.core.registry import Registry
+from renderer.core.vectors import cross, dot
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,21 @@ def rounding(normal, reach):
     return 2 * (SHEET_ROUNDOFFS * EPSILON * sum(abs(n) * r for n, r in zip(normal, reach))) ** 2
 
 
+def to_plane(row, ray):
+    """Return the way from a ray's origin to a sheet's point, and the distance along the line to its plane.
+
+    A line within the plane divides by zero: its distance is infinite or NaN.
+    """
+    n, way = row.vector(SHEET_NORMAL), row.vector(SHEET_POINT) - ray.o
+    return way, dr.dot(n, way) / dr.dot(n, ray.d)
+
+
+def onto_plane(row, p):
+    """Return p projected along the normal into a sheet's plane, as `surface` does."""
+    n = row.vector(SHEET_NORMAL)
+    return Surface(p - n * dr.dot(n, p - row.vector(SHEET_POINT)), n)
+
+
 def starts_off_sheet(row, ray, rounding):
     """Return whether a ray starts farther from a sheet's plane than can be `rounding` of its origin, and of the sheet.
 
@@ -87,6 +104,13 @@ def turn(y, x):
     """Return the angle of (x, y) as a fraction of a full turn in [0, 1)."""
     fraction = dr.atan2(y, x) * (0.5 / math.pi)
     return fraction - dr.floor(fraction)
+
+
+def dual_edges(e1, e2):
+    """Return n = e1 x e2, not of unit length, and e2 x n / |n|^2 and n x e1 / |n|^2. Host."""
+    n = cross(e1, e2)
+    scale = 1 / dot(n, n)
+    return n, *([scale * component for component in dual] for dual in (cross(e2, n), cross(n, e1)))
 
 
 def edges(normal, dual1, dual2):

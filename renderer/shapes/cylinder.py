@@ -1,13 +1,11 @@
 """Capped cylinder of any axis: the intersection of an infinite cylinder and a slab."""
 
-import math
-
 import drjit as dr
 
 from renderer.core.backend import Vector2f
 from renderer.core.numeric import TINY, away_from_zero, greater, lesser
 from renderer.core.records import Surface
-from renderer.core.vectors import frame, unit
+from renderer.core.vectors import box_around, disk_reach, frame, unit
 from renderer.shapes.base import ShapeKind, polar_tangents, register, turn
 
 CENTER, AXIS, TANGENT, BITANGENT, RADIUS, HALF = 0, 3, 6, 9, 12, 13
@@ -70,8 +68,7 @@ def surface(row, p):
 
 
 def texture_coordinates(row, surface):
-    """Return the angle in turns; and on the side the way from the top (0) to the bottom (1), on caps that from the middle.
-    """
+    """Return the angle in turns, and v: on the side from the top (0) to the bottom (1), on caps from the middle out."""
     along, across, rho = _local(row, surface.p)
     u = turn(-dr.dot(across, row.vector(BITANGENT)), dr.dot(across, row.vector(TANGENT)))
     on_cap = abs(dr.dot(surface.n_geo, row.vector(AXIS))) > 0.5
@@ -88,9 +85,10 @@ def tangents(row, surface):
 
 
 def bounds(shape):
-    """Return the corners of the box around both caps: a disk reaches r sqrt(1 - a^2) along an axis with cosine a."""
-    reach = [shape.height * abs(a) + shape.radius * math.sqrt(max(0.0, 1 - a * a)) for a in unit(shape.axis)]
-    return [c - r for c, r in zip(shape.center, reach)], [c + r for c, r in zip(shape.center, reach)]
+    """Return the corners of the box around both caps."""
+    axis = unit(shape.axis)
+    reach = [shape.height * abs(along) + cap for along, cap in zip(axis, disk_reach(axis, shape.radius))]
+    return box_around(shape.center, reach)
 
 
 register(

@@ -1,13 +1,10 @@
 """Disk, seen from both sides."""
 
-import math
-
 import drjit as dr
 
 from renderer.core.backend import Vector2f
-from renderer.core.records import Surface
-from renderer.core.vectors import frame, unit
-from renderer.shapes.base import ShapeKind, polar_tangents, register, rounding, turn
+from renderer.core.vectors import box_around, disk_reach, frame, unit
+from renderer.shapes.base import ShapeKind, onto_plane, polar_tangents, register, rounding, to_plane, turn
 
 CENTER, NORMAL, ROUNDING, TANGENT, BITANGENT, RADIUS = 0, 3, 6, 7, 10, 13
 
@@ -16,22 +13,14 @@ def pack(shape, columns=None):
     """Return the middle, the unit normal, the rounding, the normal's two tangents, and the radius."""
     normal = unit(shape.normal)
     tangent, bitangent = frame(normal)
-    reach = [shape.radius * math.sqrt(max(0.0, 1 - n * n)) for n in normal]
-    return [*shape.center, *normal, rounding(normal, reach), *tangent, *bitangent, shape.radius]
+    off_plane = rounding(normal, disk_reach(normal, shape.radius))
+    return [*shape.center, *normal, off_plane, *tangent, *bitangent, shape.radius]
 
 
 def distance(row, ray):
     """Return whether the line meets the disk, and where; a line within its plane gives infinity or NaN."""
-    n = row.vector(NORMAL)
-    to_middle = row.vector(CENTER) - ray.o
-    t = dr.dot(n, to_middle) / dr.dot(n, ray.d)
+    to_middle, t = to_plane(row, ray)
     return dr.squared_norm(dr.fma(ray.d, t, -to_middle)) <= dr.square(row[RADIUS]), t
-
-
-def surface(row, p):
-    """Return p projected along the normal into the plane."""
-    n = row.vector(NORMAL)
-    return Surface(p - n * dr.dot(n, p - row.vector(CENTER)), n)
 
 
 def texture_coordinates(row, surface):
@@ -46,14 +35,13 @@ def tangents(row, surface):
 
 
 def bounds(shape):
-    """Return the box around the rim, which reaches r sqrt(1 - n^2) along an axis with the normal's cosine n."""
-    reach = [shape.radius * math.sqrt(max(0.0, 1 - n * n)) for n in unit(shape.normal)]
-    return [c - r for c, r in zip(shape.center, reach)], [c + r for c, r in zip(shape.center, reach)]
+    """Return the corners of the box around the rim."""
+    return box_around(shape.center, disk_reach(unit(shape.normal), shape.radius))
 
 
 register(
     ShapeKind(
-        "disk", pack, surface, texture_coordinates, tangents, distance=distance, bounds=bounds,
+        "disk", pack, onto_plane, texture_coordinates, tangents, distance=distance, bounds=bounds,
         directions=range(NORMAL, RADIUS),
     )
 )

@@ -3,9 +3,8 @@
 import drjit as dr
 
 from renderer.core.backend import Bool, Vector2f
-from renderer.core.records import Surface
 from renderer.core.vectors import frame, unit
-from renderer.shapes.base import ShapeKind, register, rounding
+from renderer.shapes.base import ShapeKind, onto_plane, register, rounding, to_plane
 
 POINT, NORMAL, ROUNDING, TANGENT, BITANGENT = 0, 3, 6, 7, 10
 
@@ -19,14 +18,7 @@ def pack(shape, columns=None):
 
 def distance(row, ray):
     """Return True, and the distance to the plane along the line: infinite or NaN for a line within it."""
-    n = row.vector(NORMAL)
-    return Bool(True), dr.dot(n, row.vector(POINT) - ray.o) / dr.dot(n, ray.d)
-
-
-def surface(row, p):
-    """Return p projected along the normal into the plane."""
-    n = row.vector(NORMAL)
-    return Surface(p - n * dr.dot(n, p - row.vector(POINT)), n)
+    return Bool(True), to_plane(row, ray)[1]
 
 
 def texture_coordinates(row, surface):
@@ -42,7 +34,7 @@ def tangents(row, surface):
 
 register(
     ShapeKind(
-        "plane", pack, surface, texture_coordinates, tangents, distance=distance,
+        "plane", pack, onto_plane, texture_coordinates, tangents, distance=distance,
         directions=range(NORMAL, BITANGENT + 3),
     )
 )

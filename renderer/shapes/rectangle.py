@@ -8,37 +8,29 @@ import drjit as dr
 
 from renderer.core.backend import Vector2f
 from renderer.core.numeric import EDGE_TOLERANCE
-from renderer.core.records import Surface
-from renderer.core.vectors import cross, dot, unit
-from renderer.shapes.base import ShapeKind, edges, register, rounding
+from renderer.core.vectors import box_around, unit
+from renderer.shapes.base import ShapeKind, dual_edges, edges, onto_plane, register, rounding, to_plane
 
 CENTER, NORMAL, ROUNDING, DUAL_U, DUAL_V = 0, 3, 6, 7, 10
 
 
 def pack(shape, columns=None):
     """Return the middle, the unit normal, the rounding and the dual edges."""
-    n = cross(shape.u, shape.v)
-    scale = 1 / dot(n, n)
-    dual_u = [scale * component for component in cross(shape.v, n)]
-    dual_v = [scale * component for component in cross(n, shape.u)]
-    reach = [0.5 * (abs(a) + abs(b)) for a, b in zip(shape.u, shape.v)]
-    return [*shape.center, *unit(n), rounding(unit(n), reach), *dual_u, *dual_v]
+    n, dual_u, dual_v = dual_edges(shape.u, shape.v)
+    return [*shape.center, *unit(n), rounding(unit(n), _reach(shape)), *dual_u, *dual_v]
+
+
+def _reach(shape):
+    """Return how far the parallelogram reaches from its middle along each axis."""
+    return [0.5 * (abs(u) + abs(v)) for u, v in zip(shape.u, shape.v)]
 
 
 def distance(row, ray):
     """Return whether the line meets the parallelogram, and where; a line within its plane gives infinity or NaN."""
-    n = row.vector(NORMAL)
-    to_middle = row.vector(CENTER) - ray.o
-    t = dr.dot(n, to_middle) / dr.dot(n, ray.d)
+    to_middle, t = to_plane(row, ray)
     q = dr.fma(ray.d, t, -to_middle)
     reach = 0.5 + EDGE_TOLERANCE
     return (abs(dr.dot(row.vector(DUAL_U), q)) <= reach) & (abs(dr.dot(row.vector(DUAL_V), q)) <= reach), t
-
-
-def surface(row, p):
-    """Return p projected along the normal into the plane."""
-    n = row.vector(NORMAL)
-    return Surface(p - n * dr.dot(n, p - row.vector(CENTER)), n)
 
 
 def texture_coordinates(row, surface):
@@ -53,14 +45,13 @@ def tangents(row, surface):
 
 
 def bounds(shape):
-    """Return the box around the four corners."""
-    reach = [0.5 * (abs(u) + abs(v)) for u, v in zip(shape.u, shape.v)]
-    return [c - r for c, r in zip(shape.center, reach)], [c + r for c, r in zip(shape.center, reach)]
+    """Return the corners of the box around the four corners."""
+    return box_around(shape.center, _reach(shape))
 
 
 register(
     ShapeKind(
-        "rectangle", pack, surface, texture_coordinates, tangents, distance=distance, bounds=bounds,
+        "rectangle", pack, onto_plane, texture_coordinates, tangents, distance=distance, bounds=bounds,
         directions=range(NORMAL, DUAL_V + 3),
     )
 )

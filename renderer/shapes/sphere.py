@@ -11,6 +11,7 @@ import drjit as dr
 from renderer.core.backend import Bool, Float, Vector2f, Vector3f
 from renderer.core.numeric import TINY, greater
 from renderer.core.records import Surface
+from renderer.core.vectors import box_around
 from renderer.shapes.base import SHORT, ShapeKind, register, turn
 
 CENTER, RADIUS = 0, 3
@@ -54,7 +55,7 @@ def tangents(row, surface):
 
 def bounds(shape):
     """Return the corners of the box around the sphere."""
-    return [c - shape.radius for c in shape.center], [c + shape.radius for c in shape.center]
+    return box_around(shape.center, [shape.radius] * 3)
 
 
 register(ShapeKind("sphere", pack, surface, texture_coordinates, tangents, interval=interval, bounds=bounds))

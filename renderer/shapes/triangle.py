@@ -9,9 +9,8 @@ import drjit as dr
 
 from renderer.core.backend import Vector2f
 from renderer.core.numeric import EDGE_TOLERANCE
-from renderer.core.records import Surface
-from renderer.core.vectors import cross, dot, subtract, unit
-from renderer.shapes.base import ShapeKind, derivatives, edges, register, rounding
+from renderer.core.vectors import subtract, unit
+from renderer.shapes.base import ShapeKind, derivatives, dual_edges, edges, onto_plane, register, rounding, to_plane
 
 V0, NORMAL, ROUNDING, DUAL1, DUAL2, UV0, UV1, UV2 = 0, 3, 6, 7, 10, 13, 15, 17
 
@@ -20,10 +19,7 @@ def pack(shape, columns=None):
     """Return v0, unit normal, rounding, dual edges, and the corners' texture coordinates."""
     e1 = subtract(shape.v1, shape.v0)
     e2 = subtract(shape.v2, shape.v0)
-    n = cross(e1, e2)
-    scale = 1 / dot(n, n)
-    dual1 = [scale * component for component in cross(e2, n)]
-    dual2 = [scale * component for component in cross(n, e1)]
+    n, dual1, dual2 = dual_edges(e1, e2)
     corners = (*shape.uv0, *shape.uv1, *shape.uv2)
     reach = [max(abs(a), abs(b)) for a, b in zip(e1, e2)]
     return [*shape.v0, *unit(n), rounding(unit(n), reach), *dual1, *dual2, *corners]
@@ -34,18 +30,10 @@ def distance(row, ray):
 
     A line within the plane divides by zero; t is infinite or NaN then, and fails the comparisons.
     """
-    n = row.vector(NORMAL)
-    to_corner = row.vector(V0) - ray.o
-    t = dr.dot(n, to_corner) / dr.dot(n, ray.d)
+    to_corner, t = to_plane(row, ray)
     q = dr.fma(ray.d, t, -to_corner)
     b1, b2 = dr.dot(row.vector(DUAL1), q), dr.dot(row.vector(DUAL2), q)
     return (b1 >= -EDGE_TOLERANCE) & (b2 >= -EDGE_TOLERANCE) & (b1 + b2 <= 1 + EDGE_TOLERANCE), t
-
-
-def surface(row, p):
-    """Return p projected along the normal into the triangle's plane."""
-    n = row.vector(NORMAL)
-    return Surface(p - n * dr.dot(n, p - row.vector(V0)), n)
 
 
 def texture_coordinates(row, surface):
@@ -70,7 +58,7 @@ def bounds(shape):
 
 register(
     ShapeKind(
-        "triangle", pack, surface, texture_coordinates, tangents, distance=distance, bounds=bounds,
+        "triangle", pack, onto_plane, texture_coordinates, tangents, distance=distance, bounds=bounds,
         directions=range(NORMAL, UV0),
     )
 )
