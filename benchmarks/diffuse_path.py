@@ -99,15 +99,8 @@ class DiffusePath:
 
     def _shade(self, path, ray, done, end):
         """Give the lanes whose ray is done their next one."""
-        arrived = done & (path.shadow != 0)
-        path.radiance += dr.select(arrived & (path.index == NO_SHAPE), path.pending, 0)
-
-        followed = done & (path.shadow == 0)
-        lit = followed & (path.index == LIGHT) & (path.d.y > 0)
-        distance_squared, cosine = dr.square(path.t), abs(path.d.y)
-        by_light = distance_squared / (cosine * dr.square(self._side) + TINY)
-        weight = path.density / (path.density + by_light)
-        path.radiance += dr.select(lit, path.throughput * self._emitted * dr.select(path.segments == 1, 1, weight), 0)
+        arrived, followed = done & (path.shadow != 0), done & (path.shadow == 0)
+        self._collect(path, arrived, followed)
 
         hits = followed & (path.index < LIGHT) & (path.segments < self._picture.max_depth)
         surface = self._geometry.triangles.surface(ray, path.index, hits, with_uv=False)
@@ -140,7 +133,19 @@ class DiffusePath:
         path.segments = dr.select(goes_on, path.segments + 1, path.segments)
         self._begin(path, reaches | goes_on, reaches, dr.sqrt(squared) * SHADOW_END)
 
-        ended = followed & ~hits
+        self._finish(path, followed & ~hits, end)
+
+    def _collect(self, path, arrived, followed):
+        """Add the light that the rays bring: shadow rays what waits for them, others that of a light they met."""
+        path.radiance += dr.select(arrived & (path.index == NO_SHAPE), path.pending, 0)
+        lit = followed & (path.index == LIGHT) & (path.d.y > 0)
+        distance_squared, cosine = dr.square(path.t), abs(path.d.y)
+        by_light = distance_squared / (cosine * dr.square(self._side) + TINY)
+        weight = path.density / (path.density + by_light)
+        path.radiance += dr.select(lit, path.throughput * self._emitted * dr.select(path.segments == 1, 1, weight), 0)
+
+    def _finish(self, path, ended, end):
+        """Begin the next sample where a path has ended, and write the pixels that have all of theirs."""
         path.sample = dr.select(ended, path.sample + 1, path.sample)
         complete = ended & (path.sample == end)
         x, y = _place(path.pixel)

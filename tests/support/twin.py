@@ -5,6 +5,8 @@ Independent of both: closed-form intersections, one array operation a step, recu
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from PIL import Image
 from scipy.spatial import ConvexHull
@@ -145,6 +147,23 @@ def _middle(shape):
     return np.mean(shape.vertices, axis=0) if shape.vertices is not None else (0.0, 0.0, 0.0)
 
 
+@dataclass
+class Hits:
+    """What rays met: arrays over hits."""
+
+    p: np.ndarray  # (N, 3)
+    n: np.ndarray  # (N, 3), turned to the viewer
+    wo: np.ndarray  # (N, 3), unit, to the viewer
+    inside: np.ndarray  # (N,), whether the viewer is
+    index: np.ndarray  # (N,), of the shape in the list
+    uv: np.ndarray  # (N, 2)
+    materials: list  # of all shapes
+
+    def of(self, name):
+        """Return a parameter of the materials that were met, (N[, 3])."""
+        return np.array([getattr(m, name) for m in self.materials], float)[self.index]
+
+
 class Twin:
     """The scene, ready to be traced one ray through each pixel centre."""
 
@@ -223,20 +242,19 @@ class Twin:
         hit = np.flatnonzero(index != MISS)
         if len(hit) == 0:
             return out
-        p, wo, index, n, uv = o[hit] + t[hit, None] * d[hit], -d[hit], index[hit], n[hit], uv[hit]
-        inside = _dot(n, wo) < 0
-        n = np.where(inside[:, None], -n, n)
-        material = [s.material for s in self.shapes]
-        of = lambda name: np.array([getattr(m, name) for m in material], float)[index]  # noqa: E731
-        share = np.where((of("isreflective") > 0) | (of("isrefractive") > 0), of("reflectivity"), 0)[:, None]
-        second = np.broadcast_to(np.array(self.world.backgroundcolor, float), p.shape).copy()
-        if bounces > 0:
-            self._mixed(second, p, n, wo, inside, index, of, share[:, 0] > 0, bounces)
-        out[hit] = (1 - share) * self._local(p, n, wo, index, uv, of) + share * second
+        inside = _dot(n[hit], d[hit]) > 0
+        met = Hits(o[hit] + t[hit, None] * d[hit], np.where(inside[:, None], -n[hit], n[hit]), -d[hit], inside,
+                   index[hit], uv[hit], [s.material for s in self.shapes])
+        switched = (met.of("isreflective") > 0) | (met.of("isrefractive") > 0)
+        share = np.where(switched, met.of("reflectivity"), 0)[:, None]
+        second = self._mirror_or_glass(met, share[:, 0] > 0, bounces) if bounces > 0 else out[hit]
+        out[hit] = (1 - share) * self._local(met) + share * second
         return out
 
-    def _local(self, p, n, wo, index, uv, of):
-        albedo = self.albedo(index, uv)
+    def _local(self, met):
+        """Return the ambient light and that of the lights, (N, 3), without mirror and glass."""
+        p, n, wo, of = met.p, met.n, met.wo, met.of
+        albedo = self.albedo(met.index, met.uv)
         out = np.array(self.world.ambientlight) * albedo
         for light in self.world.lightsources:
             way = np.array(light.position) - p
@@ -248,24 +266,26 @@ class Twin:
             out = out + np.where(lit[:, None], term * np.array(light.intensity), 0)
         return out
 
-    def _mixed(self, second, p, n, wo, inside, index, of, active, bounces):
-        """Fill `second` with what mirror or glass shows, where `active`."""
-        eta = of("refractiveindex") / np.array(self.outside)[index]
-        eta = np.where(inside, 1 / eta, eta)
+    def _mirror_or_glass(self, met, active, bounces):
+        """Return what mirror or glass shows where `active`, (N, 3), and 0 elsewhere."""
+        n, wo = met.n, met.wo
+        eta = met.of("refractiveindex") / np.array(self.outside)[met.index]
+        eta = np.where(met.inside, 1 / eta, eta)
         ci = _dot(n, wo)
         st2 = (1 - ci * ci) / eta**2
         ct = np.sqrt(np.maximum(1 - st2, 0))
         with np.errstate(invalid="ignore", divide="ignore"):
             rs, rp = (ci - eta * ct) / (ci + eta * ct), (eta * ci - ct) / (eta * ci + ct)
-        glass = of("isrefractive") > 0
+        glass = met.of("isrefractive") > 0
         fresnel = np.where(glass, np.where(st2 >= 1, 1.0, (rs**2 + rp**2) / 2), 1.0)
         reflected = 2 * ci[:, None] * n - wo
         refracted = n * (ci / eta - ct)[:, None] - wo / eta[:, None]
-        second[active] = 0
+        result = np.zeros_like(met.p)
         both = (active & (fresnel > 0), reflected, fresnel), (active & (fresnel < 1), refracted, 1 - fresnel)
         for mask, way, weight in both:
             if mask.any():
-                second[mask] += weight[mask, None] * self.radiance(p[mask], _unit(way[mask]), bounces - 1)
+                result[mask] += weight[mask, None] * self.radiance(met.p[mask], _unit(way[mask]), bounces - 1)
+        return result
 
 
 def _lookup(image, uv, kind, wrap):
