@@ -18,7 +18,7 @@ help:
 	@echo "make docs       write the reference pages that are made from the code"
 	@echo "make doctor     tell what is installed, what is wrong, and how to mend it"
 	@echo "make setup      only install: .venv, pinned packages, LLVM"
-	@echo "make clean      remove what was installed and rendered here"
+	@echo "make clean      remove what was installed here; pictures in out/ stay"
 
 setup: require-python
 	@$(PYTHON) tools/setup.py run
@@ -52,8 +52,10 @@ docs: setup
 doctor: setup
 	@$(VENV_PYTHON) -m renderer doctor
 
-clean:
-	rm -rf .venv out .pytest_cache .hypothesis
+clean: # set-up never deletes an environment that the user made, and pictures cannot be had back by make
+	rm -rf .pytest_cache .hypothesis
+	@if [ -e .venv/setup/made-here ] || [ ! -e .venv ]; then echo rm -rf .venv; rm -rf .venv; \
+	else echo ".venv was not made by make and stays; delete it yourself"; fi
 
 .PHONY: setup-test setup-bench setup-report setup-compare require-python
 setup-test: require-python

@@ -2,6 +2,7 @@
 
 import importlib.util
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -144,6 +145,20 @@ def test_environment_of_the_user_is_not_deleted(tmp_path):
     with pytest.raises(setup.SetupError, match="Move it away"):
         setup.Environment(tmp_path / "venv").create()
     assert (tmp_path / "venv" / "precious.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("ours", [True, False])
+def test_cleaning_keeps_what_is_the_users(tmp_path, ours):
+    """`make clean` removes an environment only if set-up made it, and pictures never."""
+    shutil.copy(ROOT / "Makefile", tmp_path)
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "picture.ppm").write_text("mine")
+    (tmp_path / ".venv" / "setup").mkdir(parents=True)
+    if ours:
+        (tmp_path / ".venv" / "setup" / "made-here").touch()
+    subprocess.run(["make", "clean"], cwd=tmp_path, check=True, capture_output=True)
+    assert (tmp_path / "out" / "picture.ppm").read_text() == "mine"
+    assert (tmp_path / ".venv").exists() is not ours
 
 
 def test_bad_choice_of_library_stops_setup(quiet_machine, monkeypatch):
