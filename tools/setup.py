@@ -183,6 +183,41 @@ def require_venv_module():
     raise SetupError(f"Python's venv module is missing. Install it, then try again:\n  sudo apt-get install {package}")
 
 
+class Libraries:
+    """LLVM libraries that Dr.Jit may compute with: each is tried once, and the first that works is recorded."""
+
+    def __init__(self, environment, llvm, llvm_trial):
+        self._environment, self._llvm, self._llvm_trial = environment, llvm, llvm_trial
+        self._record, self._failed = environment.folder / llvm.RECORD, set()
+
+    def try_one(self, path, origin):
+        """Return whether Dr.Jit computes with the library, and record its path if so."""
+        if path in self._failed:
+            return False
+        trial = self._llvm_trial.try_llvm(path, python=str(self._environment.python))
+        if trial.works:
+            self._record.write_text(path + "\n")
+            say(f"LLVM {trial.version} ({origin}): {path}")
+        else:
+            self._failed.add(path)
+            say(f"LLVM at {path} does not work: {trial.reason}")
+        return trial.works
+
+    def try_all(self, system):
+        """Return whether one of those in the environment works, or, with `system`, of those elsewhere."""
+        found = self._llvm.candidates(prefix=str(self._environment.folder), system=system)
+        return any(self.try_one(one.path, one.origin) for one in found if not one.problem)
+
+    def take(self, path):
+        """Record the library that the user chose; raises SetupError if Dr.Jit cannot use it."""
+        trouble = self._llvm.check(path)
+        if trouble:
+            say(f"LLVM at {path} does not work: {trouble}")
+        if trouble or not self.try_one(path, f"your {self._llvm.VARIABLE}"):
+            raise SetupError(f"{self._llvm.VARIABLE} names a library that Dr.Jit cannot use. Let set-up choose: "
+                             f"unset {self._llvm.VARIABLE}; make setup")
+
+
 def provide_llvm(environment, source):
     """See to an LLVM library that Dr.Jit computes with, and record its path in the environment.
 
@@ -192,42 +227,19 @@ def provide_llvm(environment, source):
     from renderer.core import llvm, llvm_trial
 
     chosen = llvm.users_choice()
-    prefix, record = str(environment.folder), environment.folder / llvm.RECORD
-    known = llvm.recorded(prefix)
+    known = llvm.recorded(str(environment.folder))
     if known and llvm.check(known) is None and chosen in (None, known) and source == "any":
         return
 
     require_system_libraries(environment, llvm_trial)
-    failed = set()
-
-    def attempt(path, origin):
-        if path in failed:
-            return False
-        trial = llvm_trial.try_llvm(path, python=str(environment.python))
-        if trial.works:
-            record.write_text(path + "\n")
-            say(f"LLVM {trial.version} ({origin}): {path}")
-        else:
-            failed.add(path)
-            say(f"LLVM at {path} does not work: {trial.reason}")
-        return trial.works
-
-    def attempt_all(system):
-        usable = [one for one in llvm.candidates(prefix=prefix, system=system) if not one.problem]
-        return any(attempt(one.path, one.origin) for one in usable)
-
+    libraries = Libraries(environment, llvm, llvm_trial)
     if chosen and source == "any":
-        trouble = llvm.check(chosen)
-        if trouble:
-            say(f"LLVM at {chosen} does not work: {trouble}")
-        if trouble or not attempt(chosen, f"your {llvm.VARIABLE}"):
-            raise SetupError(f"{llvm.VARIABLE} names a library that Dr.Jit cannot use. Let set-up choose: "
-                             f"unset {llvm.VARIABLE}; make setup")
+        libraries.take(chosen)
         return
-    record.unlink(missing_ok=True)
-    if source != "wheel" and (attempt_all(True) or (install_from_distribution(llvm) and attempt_all(True))):
+    (environment.folder / llvm.RECORD).unlink(missing_ok=True)
+    if source != "wheel" and (libraries.try_all(True) or install_from_distribution(llvm) and libraries.try_all(True)):
         return
-    if source != "system" and (attempt_all(False) or (install_wheel(environment) and attempt_all(False))):
+    if source != "system" and (libraries.try_all(False) or install_wheel(environment) and libraries.try_all(False)):
         return
     if llvm_trial.try_cuda(python=str(environment.python)).works:
         say("no usable LLVM was found; rendering will use the GPU")
