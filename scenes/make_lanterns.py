@@ -276,8 +276,8 @@ def write_sky(path):
 
 if __name__ == "__main__":
     (FOLDER / "meshes" / "lanterns").mkdir(exist_ok=True)
-    for name, made in meshes().items():
-        (FOLDER / "meshes" / "lanterns" / f"{name}.ply").write_bytes(ply(made))
+    for name, (vertices, uv, triangles) in meshes().items():
+        (FOLDER / "meshes" / "lanterns" / f"{name}.ply").write_bytes(ply(vertices, triangles, uv=uv))
     waves().save(FOLDER / "textures" / "ripples.png", optimize=True)
     mist().save(FOLDER / "textures" / "mist.png", optimize=True)
     write_sky(FOLDER / "textures" / "dusk.exr")

@@ -125,6 +125,6 @@ def meshes():
 
 if __name__ == "__main__":
     (FOLDER / "meshes" / "nautilus").mkdir(exist_ok=True)
-    for name, made in meshes().items():
-        (FOLDER / "meshes" / "nautilus" / f"{name}.ply").write_bytes(ply(made))
+    for name, (vertices, uv, triangles) in meshes().items():
+        (FOLDER / "meshes" / "nautilus" / f"{name}.ply").write_bytes(ply(vertices, triangles, uv=uv))
     (FOLDER / "nautilus.json").write_text(text(scene()))

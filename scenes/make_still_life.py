@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from scenes.making import text
-from scenes.turning import curve, ply, thick, turned
+from scenes.making import ply, text
+from scenes.turning import curve, thick, turned
 
 FOLDER = Path(__file__).parent
 GLASS, WATER = 1.5, 1.333
@@ -58,8 +58,10 @@ def lemon():
 def meshes():
     """Return the files of all meshes, by name."""
     dry, wet = carafe()
-    return {"carafe.ply": ply(turned(dry)), "carafe_wet.ply": ply(turned(wet)), "vase.ply": ply(turned(jug(), 72)),
-            "bowl.ply": ply(turned(bowl(), 72), mapped=True), "lemon.ply": ply(turned(lemon(), 48), mapped=True)}
+    plain = {"carafe.ply": turned(dry), "carafe_wet.ply": turned(wet), "vase.ply": turned(jug(), 72)}
+    mapped = {"bowl.ply": turned(bowl(), 72), "lemon.ply": turned(lemon(), 48)}
+    return {name: ply(points, triangles, normals, uv if name in mapped else None)
+            for name, (points, normals, uv, triangles) in (plain | mapped).items()}
 
 
 # Textures

@@ -4,6 +4,10 @@ import json
 
 import numpy as np
 
+from renderer.io import mesh_ply
+
+PLACES = 5  # decimals of what is written, so that it is the same everywhere
+
 
 def grid(points, uv=None):
     """Return (vertices, uv, triangles) of points in rows and columns, (rows, columns, 3) and (rows, columns, 2)."""
@@ -21,16 +25,11 @@ def joined(parts):
             np.concatenate([part[2] + start for part, start in zip(parts, starts)]))
 
 
-def ply(mesh):
-    """Return a mesh as the bytes of a binary PLY file, numbers rounded to 10^-5, to be the same everywhere."""
-    vertices, uv, triangles = mesh
-    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}",
-              *(f"property float {name}" for name in "xyzuv"), f"element face {len(triangles)}",
-              "property list uchar int vertex_indices", "end_header", ""]
-    faces = np.zeros(len(triangles), [("count", "u1"), ("corner", "<i4", 3)])
-    faces["count"], faces["corner"] = 3, triangles
-    numbers = np.round(np.hstack([vertices, uv]), 5) + 0.0  # no negative zero
-    return "\n".join(header).encode() + numbers.astype("<f4").tobytes() + faces.tobytes()
+def ply(vertices, triangles, normals=None, uv=None):
+    """Return a mesh as the bytes of a PLY file, numbers rounded to PLACES."""
+    vertices, normals, uv = (numbers if numbers is None else np.round(numbers, PLACES) + 0.0  # no negative zero
+                             for numbers in (vertices, normals, uv))
+    return mesh_ply.encoded(vertices, triangles, normals, uv)
 
 
 def text(document):

@@ -1,11 +1,10 @@
-"""Turned things for our scenes: profiles, meshes around +y with smooth normals, and binary PLY files of them."""
+"""Turned things for our scenes: profiles, and meshes around +y with smooth normals."""
 
 import math
 
 import numpy as np
 
 AROUND = 96  # corners of a mesh on a circle
-PLACES = 5  # decimals of what is written, so that it is the same everywhere
 
 
 def curve(points, pieces=6):
@@ -60,16 +59,3 @@ def turned(profile, around=AROUND):
     lower, upper = np.stack([a, c, b], -1)[profile[:-1, 0] > 0], np.stack([b, c, d], -1)[profile[1:, 0] > 0]
     triangles = np.vstack([lower.reshape(-1, 3), upper.reshape(-1, 3)])
     return points.reshape(-1, 3), normals.reshape(-1, 3), uv.reshape(-1, 2), triangles
-
-
-def ply(mesh, mapped=False):
-    """Return a mesh as the bytes of a binary PLY file, with texture coordinates where it is `mapped`."""
-    points, normals, uv, triangles = mesh
-    names = ["x", "y", "z", "nx", "ny", "nz", *("uv" if mapped else "")]
-    numbers = np.round(np.hstack([points, normals, uv] if mapped else [points, normals]), PLACES) + 0.0  # no -0
-    head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}",
-            *(f"property float {name}" for name in names), f"element face {len(triangles)}",
-            "property list uchar ushort vertex_indices", "end_header\n"]
-    faces = np.empty(len(triangles), [("count", "u1"), ("corners", "<u2", 3)])
-    faces["count"], faces["corners"] = 3, triangles
-    return "\n".join(head).encode() + numbers.astype("<f4").tobytes() + faces.tobytes()

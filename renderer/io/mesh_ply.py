@@ -44,10 +44,13 @@ def read(data):
 
 
 def write(path, vertices, faces, normals=None, uv=None, comments=()):
-    """Write a binary little-endian PLY: float32 positions, normals and uv, int32 corners of triangles.
+    """Write a PLY file (see `encoded`); raises RenderError if it cannot be written."""
+    with replacing(path) as file:
+        file.write(encoded(vertices, faces, normals, uv, comments))
 
-    Raises: RenderError if the file cannot be written.
-    """
+
+def encoded(vertices, faces, normals=None, uv=None, comments=()):
+    """Return the bytes of a binary little-endian PLY: float32 positions, normals and uv, int32 corners of triangles."""
     groups = [("xyz", vertices), (("nx", "ny", "nz"), normals), ("uv", uv)]
     groups = [(names, rows) for names, rows in groups if rows is not None]
     lines = ["ply", "format binary_little_endian 1.0", *(f"comment {text}" for text in comments)]
@@ -55,10 +58,8 @@ def write(path, vertices, faces, normals=None, uv=None, comments=()):
     lines += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
     rows = np.empty(len(faces), [("count", "u1"), ("corners", "<i4", 3)])
     rows["count"], rows["corners"] = 3, faces
-    with replacing(path) as file:
-        file.write("\n".join(lines).encode("ascii"))
-        file.write(np.concatenate([rows for _, rows in groups], 1).astype("<f4").tobytes())
-        file.write(rows.tobytes())
+    numbers = np.concatenate([rows for _, rows in groups], 1).astype("<f4")
+    return "\n".join(lines).encode("ascii") + numbers.tobytes() + rows.tobytes()
 
 
 def _vertex_properties(elements):

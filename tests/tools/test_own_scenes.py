@@ -19,7 +19,7 @@ def test_scene_is_what_its_script_makes(root, name, script):
     for stem, (vertices, uv, triangles) in made.items():
         path = scenes / "meshes" / name / f"{stem}.ply"
         held = read_mesh(str(path))
-        assert path.stat().st_size == len(ply((vertices, uv, triangles)))
+        assert path.stat().st_size == len(ply(vertices, triangles, uv=uv))
         np.testing.assert_allclose(held.vertices, vertices, rtol=0, atol=2e-5)
         np.testing.assert_allclose(held.uv, uv, rtol=0, atol=2e-5)
         np.testing.assert_array_equal(held.faces, triangles)
