@@ -12,3 +12,12 @@ class Registry(dict):
     def register(self, kind):
         """Enter a kind that knows its own name."""
         self.add(kind.name, kind)
+
+    def under(self, name):
+        """Return a class decorator that enters a class under a name."""
+
+        def enter(kind):
+            self.add(name, kind)
+            return kind
+
+        return enter

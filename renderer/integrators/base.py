@@ -16,13 +16,4 @@ the hits as a third argument, so that fewer lanes are idle while surfaces are sh
 from renderer.core.registry import Registry
 
 INTEGRATORS = Registry()
-
-
-def register(mode):
-    """Return a class decorator that registers an integrator under a render mode."""
-
-    def enter(integrator):
-        INTEGRATORS.add(mode, integrator)
-        return integrator
-
-    return enter
+register = INTEGRATORS.under  # a render mode

@@ -11,22 +11,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from renderer.core.backend import UInt32
+from renderer.core.backend import Float, UInt32
+from renderer.core.hashing import mix
 from renderer.core.registry import Registry
 
 PIXEL, LENS, PATH = 0, 1, 2  # dimensions
 
+STEP = 0x9E3779B9  # odd, 2^32 over the golden ratio: keys of neighbouring dimensions differ in many bits
+TO_UNIT = 2.0**-24
+
 KINDS = Registry()
+register = KINDS.under  # the sampler's name in the scene file
 
 
-def register(name):
-    """Return a class decorator that registers a sampler under its name in the scene file."""
+def key_of(pixel, seed):
+    """Return the key of pixel numbers (UInt32)."""
+    return mix(pixel + mix(UInt32(seed)))
 
-    def enter(sampler):
-        KINDS.add(name, sampler)
-        return sampler
 
-    return enter
+def to_unit(bits):
+    """Return the number in [0, 1) that the upper 24 of 32 random bits make."""
+    return Float(bits >> 8) * TO_UNIT
 
 
 @dataclass

@@ -12,12 +12,9 @@ Measured: errors of edges, lights and paths as with full Owen scrambling, which 
 
 import drjit as dr
 
-from renderer.core.backend import Float, UInt32, Vector2f
-from renderer.core.hashing import mix
-from renderer.samplers.base import register
+from renderer.core.backend import UInt32, Vector2f
+from renderer.samplers.base import STEP, key_of, register, to_unit
 
-TO_UNIT = 2.0**-24
-STEP = 0x9E3779B9  # odd, 2^32 over the golden ratio: keys of neighbouring dimensions differ in many bits
 ROUND, NEXT = 0x7FEB352D, 0x846CA68B  # the multipliers of hashing.mix
 UPWARDS = 0x05526C56  # even, so that x ^ (x * UPWARDS) can be undone from the lowest bit on [Laine2011]
 PASCAL = ((1, 0xAAAAAAAA), (2, 0xCCCCCCCC), (4, 0xF0F0F0F0), (8, 0xFF00FF00), (16, 0xFFFF0000))  # shifts and masks
@@ -36,16 +33,12 @@ def _scrambled(x, key):
     return x ^ ((x >> 2) & ((key << 5) | (key >> 27)))
 
 
-def _unit(x):
-    return Float(x >> 8) * TO_UNIT
-
-
 @register("sobol")
 class Sobol:
     """See samplers/base.py."""
 
     def __init__(self, pixel, seed):
-        self._key = mix(pixel + mix(UInt32(seed)))
+        self._key = key_of(pixel, seed)
 
     def _first(self, sample, dimension):
         """Return the bits of the first coordinate before it is scrambled, and three keys."""
@@ -60,10 +53,10 @@ class Sobol:
     def u1(self, sample, dimension):
         """Return one number in [0, 1)."""
         x, key, other, _ = self._first(sample, dimension)
-        return _unit(_scrambled(x, key) ^ other)
+        return to_unit(_scrambled(x, key) ^ other)
 
     def u2(self, sample, dimension):
         """Return two numbers in [0, 1)."""
         x, key, other, third = self._first(sample, dimension)
         y = _scrambled(_pascal(x), third) ^ (third * STEP)
-        return Vector2f(_unit(_scrambled(x, key) ^ other), _unit(y))
+        return Vector2f(to_unit(_scrambled(x, key) ^ other), to_unit(y))
