@@ -27,7 +27,7 @@ from renderer.accel.grid_build import (
 from renderer.accel.records import closest, read
 from renderer.accel.slabs import BOX_ROUNDOFFS, Slabs
 from renderer.core.backend import Float, UInt32, Vector3f
-from renderer.core.numeric import EPSILON, greater, lesser, widened
+from renderer.core.numeric import EPSILON, greater, largest, lesser, widened
 
 GRID_ROUNDOFFS = 2 * BOX_ROUNDOFFS  # of |o| + reach
 NEAR_SHARE, FAR_SHARE = 1 / 16, 1 / 4  # of the margins in the edges
@@ -117,9 +117,7 @@ class Grid:
             far = lesser(dr.fma(leaves - ray.o[axis], slabs.rates[0][axis], slack), far)
         active = active & (near <= far)
 
-        o = abs(ray.o)
-        size = greater(o.x, greater(o.y, o.z)) + self._reach
-        rounding = size * Float(GRID_ROUNDOFFS * EPSILON)
+        rounding = (largest(ray.o) + self._reach) * Float(GRID_ROUNDOFFS * EPSILON)
         near_by, not_far = (rounding <= margin for margin in self._margins)
         level = dr.select(near_by, UInt32(0), dr.select(not_far, UInt32(1), 2))
         words = read(self._levels, widened(level, lanes), active)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import drjit as dr
 
 from renderer.core.backend import Float, Vector3f
-from renderer.core.numeric import EPSILON, FAR, away_from_zero, greater, lesser
+from renderer.core.numeric import EPSILON, FAR, away_from_zero, greater, largest, lesser
 
 BOX_ROUNDOFFS = 32.0
 MOST = 1e38
@@ -42,8 +42,7 @@ class Slabs:
     def of(cls, ray, middle, radius):
         """Return the slabs of rays in a scene that reaches up to `radius` (Float) from `middle` along each axis."""
         rate = Vector3f(*(dr.rcp(away_from_zero(component)) for component in ray.d))
-        away = abs(ray.o - middle)
-        rounding = (greater(away.x, greater(away.y, away.z)) + radius) * Float(BOX_ROUNDOFFS * EPSILON)
+        rounding = (largest(ray.o - middle) + radius) * Float(BOX_ROUNDOFFS * EPSILON)
         return cls([ray.o, ray.o], [rate], [abs(rate) * rounding], [component < 0 for component in rate])
 
     @classmethod

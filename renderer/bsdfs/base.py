@@ -51,7 +51,7 @@ class BsdfKind:
     features: Callable = lambda bsdf: ()
     smooth: Callable = lambda bsdf: True
     transmits: bool = False  # the frame is not turned
-    textured: dict = None  # key: (column, width 1 or 3)
+    textured: dict | None = None  # key: (column, width 1 or 3)
 
 
 KINDS = Registry()

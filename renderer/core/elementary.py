@@ -6,13 +6,14 @@ The coefficients interpolate at Chebyshev points,
 `Chebyshev.interpolate(f, count - 1, domain).convert(kind=Polynomial)` in numpy; errors are those in float32.
 """
 
+import math
+
 import drjit as dr
 
 from renderer.core.backend import NAME, Float, Int32
 from renderer.core.numeric import away_from_zero, greater, lesser
 
 ON_GPU = NAME == "cuda"
-TWO_PI = 6.283185307179586
 # sin(2 pi t) / t and cos(2 pi t) in t^2 <= 1/16; sin(pi q / 4) / q and cos(pi q / 4) in q^2 <= 1
 SIN_TURN = 6.28318528, -41.34168061, 81.60247637, -76.58117264, 39.75982707
 COS_TURN = 0.999999953, -19.73917121, 64.93457265, -85.23987026, 56.23870043
@@ -44,7 +45,7 @@ def polynomial(x, coefficients):
 def sincos_turns(u):
     """Return sine and cosine of u turns, 0 <= u <= 1, to 3e-7."""
     if ON_GPU:
-        return dr.sincos(u * TWO_PI)
+        return dr.sincos(u * math.tau)
     x = 0.5 - u
     t = abs(x) - 0.25
     t2 = dr.square(t)
@@ -54,7 +55,7 @@ def sincos_turns(u):
 def sincos_eighth(q):
     """Return sine and cosine of q eighths of a turn, -1 <= q <= 1, to 1e-7."""
     if ON_GPU:
-        return dr.sincos(q * (TWO_PI / 8))
+        return dr.sincos(q * (math.tau / 8))
     q2 = dr.square(q)
     return q * polynomial(q2, SIN_EIGHTH), polynomial(q2, COS_EIGHTH)
 
@@ -67,8 +68,8 @@ def atan2(y, x):
     steep = b > a
     t = dr.select(steep, a, b) / away_from_zero(dr.select(steep, b, a))
     angle = t * polynomial(dr.square(t), ATAN)
-    angle = dr.select(steep, 0.25 * TWO_PI - angle, angle)
-    return dr.mulsign(dr.select(x < 0, 0.5 * TWO_PI - angle, angle), y)
+    angle = dr.select(steep, 0.5 * math.pi - angle, angle)
+    return dr.mulsign(dr.select(x < 0, math.pi - angle, angle), y)
 
 
 def polar(cosine, sine):
@@ -78,7 +79,7 @@ def polar(cosine, sine):
     """
     t = sine / (1 + abs(cosine))
     angle = 2 * (dr.atan2(t, Float(1)) if ON_GPU else t * polynomial(dr.square(t), ATAN))
-    return dr.select(cosine < 0, 0.5 * TWO_PI - angle, angle)
+    return dr.select(cosine < 0, math.pi - angle, angle)
 
 
 def log2(x):

@@ -7,7 +7,8 @@ import dataclasses
 
 import drjit as dr
 
-from renderer.core.backend import ArrayXf, Float, Vector3f
+from renderer.core.backend import ArrayXf, Float
+from renderer.core.rows import Columns
 
 
 class Packets:
@@ -32,14 +33,10 @@ class Packets:
 
 
 @dataclasses.dataclass
-class Packet:
-    """One record a lane, read column by column."""
+class Packet(Columns):
+    """One record a lane."""
 
     _words: list
 
     def __getitem__(self, column):
         return self._words[column]
-
-    def vector(self, column):
-        """Return three neighbouring columns as a vector."""
-        return Vector3f(self[column], self[column + 1], self[column + 2])

@@ -71,8 +71,16 @@ class Rows:
         return self._scalars[place]
 
 
-class Row:
-    """One record of Rows, read column by column."""
+class Columns:
+    """A record that is read column by column; where `record[column]` comes from is its own affair."""
+
+    def vector(self, column):
+        """Return three neighbouring columns as a vector."""
+        return Vector3f(self[column], self[column + 1], self[column + 2])
+
+
+class Row(Columns):
+    """One record of Rows."""
 
     def __init__(self, rows, index, active=True, masks=None):
         self._rows, self._index, self._active, self._masks = rows, index, active, masks
@@ -86,10 +94,6 @@ class Row:
     def width(self):
         """Columns of the record."""
         return self._rows.width
-
-    def vector(self, column):
-        """Return three neighbouring columns as a vector."""
-        return Vector3f(self[column], self[column + 1], self[column + 2])
 
 
 def repeat(count, body, state, label, unroll=None):

@@ -20,7 +20,6 @@ from renderer.core.numeric import FAR, TINY, greater, lesser, safe_sqrt
 from renderer.lights.base import DirectSample
 
 WORDS = 4  # of a texel: colour, and density per steradian times sin(theta)
-TURN = 2 * math.pi
 POLE = 0.25  # rows: at the poles the sine of this latitude, where otherwise their colours would never be chosen
 
 
@@ -49,7 +48,7 @@ class Environment:
         self.shines = total > 0
         texels = np.empty((height, width + 1, WORDS), np.float32)
         texels[..., :3] = np.concatenate([pixels, pixels[:, :1]], axis=1)
-        texels[..., 3] = weight * (width * (height - 1) / (total * TURN * math.pi) if self.shines else 0)
+        texels[..., 3] = weight * (width * (height - 1) / (total * math.tau * math.pi) if self.shines else 0)
         self._texels = from_host(Float, texels.ravel())
         if self.shines and sampled:
             self._rows = InverseTables.of(patches.sum(axis=1, dtype=np.float64)[None])
@@ -61,7 +60,7 @@ class Environment:
         """Return the colour seen in a direction, and the density of `sample` for it."""
         width, height = map(Float, self._size)
         sin = dr.sqrt(dr.fma(d.x, d.x, d.z * d.z))
-        x = (atan2(-d.x, -d.z) * (1 / TURN) - self._turns) * width - 0.5
+        x = (atan2(-d.x, -d.z) * (1 / math.tau) - self._turns) * width - 0.5
         x -= width * dr.floor(x / width)
         y = polar(d.y, sin) * (1 / math.pi) * (height - 1)
         column = lesser(dr.floor(x), width - 1)
@@ -80,7 +79,7 @@ class Environment:
         fy = _linear(vy, a + b, c + d)
         fx = _linear(vx, dr.lerp(a, c, fy), dr.lerp(b, d, fy))
         colour = _bilinear(corners, fx, fy)
-        sin_phi, cos_phi = dr.sincos(((Float(column) + fx + 0.5) / Float(width) + self._turns) * TURN)
+        sin_phi, cos_phi = dr.sincos(((Float(column) + fx + 0.5) / Float(width) + self._turns) * math.tau)
         sin, cos = dr.sincos((Float(row) + fy) * math.pi / (Float(height) - 1))
         sin = greater(sin, Float(TINY))
         wo = Vector3f(-sin * sin_phi, cos, -sin * cos_phi)

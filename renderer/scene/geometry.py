@@ -15,9 +15,9 @@ from renderer.accel import watertight
 from renderer.accel.records import FREE, LEAF, PRIMITIVE, TAG
 from renderer.core import rows
 from renderer.core.backend import Bool, Float, UInt32, Vector2f, Vector3f
-from renderer.core.numeric import EPSILON, FAR, LEAVE_ULPS, greater
+from renderer.core.numeric import EPSILON, FAR, LEAVE_ULPS, largest
 from renderer.core.records import NO_SHAPE, Hit, Ray, Surface
-from renderer.core.rows import Rows, repeat
+from renderer.core.rows import Columns, Rows, repeat
 from renderer.scene.triangles import Triangles
 from renderer.shapes.base import ShapeKind, starts_off_sheet
 
@@ -45,7 +45,7 @@ class ShapeGroup:
         return self.rows.width <= len(FREE)
 
 
-class LeafRow:
+class LeafRow(Columns):
     """A shape's record, read from the words of its leaf."""
 
     def __init__(self, words):
@@ -53,10 +53,6 @@ class LeafRow:
 
     def __getitem__(self, column):
         return dr.reinterpret_array(Float, self._words[FREE[column]])
-
-    def vector(self, column):
-        """Return three neighbouring columns as a vector."""
-        return Vector3f(self[column], self[column + 1], self[column + 2])
 
 
 @dataclass(frozen=True)
@@ -200,8 +196,7 @@ def _closest_allowed(ray):
     """Return how far rounding can put the origin off the surface just left, and so off others that touch it; else 0."""
     if ray.left_index is None:
         return Float(0)
-    o = abs(ray.o)
-    return greater(o.x, greater(o.y, o.z)) * (LEAVE_ULPS * EPSILON)
+    return largest(ray.o) * (LEAVE_ULPS * EPSILON)
 
 
 def _distance(kind, row, ray, this, t_min):

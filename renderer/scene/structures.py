@@ -3,6 +3,7 @@
 import drjit as dr
 
 from renderer.accel import watertight
+from renderer.accel.boxes import union
 from renderer.accel.brute_force import BruteForce
 from renderer.accel.build import build
 from renderer.accel.bvh import Bvh
@@ -11,7 +12,7 @@ from renderer.accel.nodes import assemble
 from renderer.accel.pairs import pair, turn_alike
 from renderer.accel.records import FREE, LEAF, PRIMITIVE, TAG, WORDS
 from renderer.core.backend import Float, UInt32, Vector3f
-from renderer.core.numeric import EPSILON, greater, lesser
+from renderer.core.numeric import EPSILON, largest
 from renderer.scene.geometry import TRIANGLES
 
 
@@ -22,11 +23,9 @@ def structure_over(triangles, groups=(), shapes=(), accel="bvh"):
         positions = triangles.positions()
         pairs = pair(*positions)
         triangles.as_in_records = triangles.plain and turn_alike(pairs, positions)
-        corners = (pairs.v0, pairs.v1, pairs.v2, pairs.v3)
-        lo = hi = corners[0]
-        for corner in corners[1:]:
-            lo = Vector3f(*map(lesser, lo, corner))
-            hi = Vector3f(*map(greater, hi, corner))
+        lo = hi = pairs.v0
+        for corner in (pairs.v1, pairs.v2, pairs.v3):
+            lo, hi = union(lo, hi, corner, corner)
         parts.append((watertight.leaf_words(pairs, triangles.first), TRIANGLES, lo, hi))
     for group in groups:
         if group.code is not None:
@@ -39,7 +38,7 @@ def structure_over(triangles, groups=(), shapes=(), accel="bvh"):
         return Grid.over(leaves, lo, hi)
     lowest, highest = (Vector3f(*map(bound, corner)) for bound, corner in ((dr.min, lo), (dr.max, hi)))
     half = highest * 0.5 - lowest * 0.5
-    middle, radius = lowest + half, greater(half.x, greater(half.y, half.z))
+    middle, radius = lowest + half, largest(half)
     dr.make_opaque(middle, radius)
     return Bvh(assemble(build(lo, hi), leaves), middle, radius)
 

@@ -14,7 +14,7 @@ import drjit as dr
 
 from renderer.core.backend import Float, UInt32, Vector2f, Vector3f
 from renderer.core.errors import SceneError
-from renderer.core.rows import Rows
+from renderer.core.rows import Columns, Rows
 from renderer.io.image import read_texture
 from renderer.scene.materials import textures_of
 from renderer.textures import bitmap
@@ -74,7 +74,7 @@ class Texturing:
         return Slot(self._rows(uses, kinds), lookups, all(uses), form)
 
     def heights(self, uses, factors):
-        """Return the Slot of bump maps, whose values are the slopes (Vector2f) along u and v of heights times factors."""
+        """Return the Slot of bump maps, whose values are the slopes (Vector2f) by u and v of heights times factors."""
         if not any(uses):
             return None
         kinds = list(dict.fromkeys(use.wrap for use in uses if use))
@@ -142,7 +142,7 @@ class Parameters:
         return Overlay(p, values)
 
 
-class Overlay:
+class Overlay(Columns):
     """A row of which some columns have other values: {column: Float, or Vector3f for this and the two that follow}."""
 
     def __init__(self, row, values):
@@ -159,9 +159,7 @@ class Overlay:
 
     def vector(self, column):
         """Return three neighbouring columns as a vector."""
-        if column in self._vectors:
-            return self._vectors[column]
-        return Vector3f(self[column], self[column + 1], self[column + 2])
+        return self._vectors[column] if column in self._vectors else super().vector(column)
 
 
 def uses_of(kind, material, bsdf):
