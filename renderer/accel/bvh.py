@@ -69,15 +69,14 @@ class Bvh:
 
     def fetch(self, walk, active):
         """Return what `step` reads from memory."""
-        return read(self._records, walk.record, active)
+        return self.words(walk.record, active)
 
-    def step(self, walk, fetched, slabs, t, index, leaf, active, any_hit, jump=False):
+    def step(self, walk, words, slabs, t, index, leaf, active, any_hit, jump=False):
         """Return the walk one record further, the closest hit so far, and which lanes are not yet done.
 
-        Lanes with `any_hit` are done as soon as something closer than their t was met. `jump` is for coherent rays:
+        `words` are those that `fetch` returned. Lanes with `any_hit` are done as soon as something closer than their t was met. `jump` is for coherent rays:
         leaf tests are jumped over where no lane of a packet is at a leaf.
         """
-        words = fetched
         walk, goes_on, here = self._follow(walk, words, _entries(words, slabs, t), active)
 
         def test(t, index, closer):

@@ -9,6 +9,8 @@ Coherent rays visit the same records. A lane takes four neighbours along one way
 
 from __future__ import annotations
 
+import functools
+import operator
 from dataclasses import dataclass
 
 import drjit as dr
@@ -19,7 +21,7 @@ from renderer.core.numeric import FAR, lesser
 from renderer.core.records import NO_SHAPE, Hit, Ray
 from renderer.scene.geometry import SHADOW_END
 
-LANES = 2048  # enough for a hundred threads of 16 lanes; with more of them each has fewer rays, and they end less evenly
+LANES = 2048  # enough for a hundred threads of 16; with more of them each has fewer rays, and they end less evenly
 AT_ONCE = 2  # rays that a lane follows
 GROUP = 4  # coherent rays on one walk; eight are faster yet in squares of pixels, and slower in rows of them
 STEPS = 3  # through the hierarchy between looking for finished rays, which costs about as much as one step
@@ -131,8 +133,7 @@ def _in_turns(geometry, rays, ends):
         queries.append(query)
 
     def any_left(*queries):
-        left = [query.number < stop for query, stop in zip(queries, stops)]
-        return left[0] | left[1]
+        return functools.reduce(operator.or_, (query.number < stop for query, stop in zip(queries, stops)))
 
     dr.while_loop(tuple(queries), any_left, advance, label="queries")
     dr.eval(t_found, index_found)

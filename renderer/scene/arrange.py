@@ -25,6 +25,7 @@ def arrange(loaded, accel):
     first shapes outside of the structure, then those inside that are no triangles, triangles, and last meshes, each
     sorted by kind. Raises SceneError for mesh files that cannot be read.
     """
+    assert accel in STRUCTURES, accel
     meshes = [item for item in loaded.shapes if item[1].type == MESH]
     others = [item for item in loaded.shapes if item[1].type != MESH]
     places = [
