@@ -7,7 +7,9 @@ SHOW_AFTER = 1.0  # seconds: shorter renders show nothing, and do not pay for th
 TERMINAL_INTERVAL = 0.1  # seconds between two updates on a terminal
 PLAIN_INTERVAL = 5.0  # seconds between two lines in a pipe or log
 FALLBACK_WIDTH = 80  # columns of a terminal that does not tell
-BAR_FORMAT = "{percentage:3.0f} % |{bar}| {elapsed}, {remaining} left"
+FIRST_TELLS = 0.1  # of the render: a shorter first pass took most of its time to compile, and tells nothing about the rest
+BAR_FORMAT = "{percentage:3.0f} % |{bar}| {elapsed}"
+TIME_LEFT = ", {remaining} left"
 ERASE_LINE = "\r\x1b[K"
 
 
@@ -35,14 +37,14 @@ class Progress:
         if done > first_done:
             rate = (done - first_done) / (now - first_time)
         else:
-            rate = done / elapsed
+            rate = done / elapsed if done >= FIRST_TELLS * total else None
         if self._on_terminal:
             self._next = now + TERMINAL_INTERVAL
             self._write(ERASE_LINE + self._bar(done, total, elapsed, rate))
             self._line_shown = True
         else:
             self._next = now + PLAIN_INTERVAL
-            left = f"{_duration((total - done) / rate)} left" if rate > 0 else "time left unknown"
+            left = f"{_duration((total - done) / rate)} left" if rate else "time left unknown"
             self._write(f"{100 * done / total:3.0f} % rendered, {_duration(elapsed)} elapsed, {left}\n")
 
     def close(self):
@@ -59,10 +61,11 @@ class Progress:
             width = os.get_terminal_size(self._stream.fileno()).columns
         except OSError:
             width = 0
+        layout = BAR_FORMAT + TIME_LEFT if rate else BAR_FORMAT
         simple = "utf" not in (self._stream.encoding or "").lower()
         # The last column stays free: writing there makes some terminals start a new line.
         columns = (width or FALLBACK_WIDTH) - 1
-        return tqdm.format_meter(done, total, elapsed, columns, rate=rate or None, bar_format=BAR_FORMAT, ascii=simple)
+        return tqdm.format_meter(done, total, elapsed, columns, rate=rate or None, bar_format=layout, ascii=simple)
 
     def _write(self, text):
         try:

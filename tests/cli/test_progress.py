@@ -55,6 +55,22 @@ def test_time_left_does_not_count_the_compilation():
     assert log.getvalue().splitlines()[-1].endswith("1 min 06 s elapsed, 48 s left")
 
 
+def test_short_first_pass_tells_no_time_left():
+    """Compilation for a hundredth of the picture is no reason to announce an hour."""
+    log, screen = io.StringIO(), Screen()
+    for stream in (log, screen):
+        steps(stream, [36], 100)
+    assert log.getvalue() == "  1 % rendered, 36 s elapsed, time left unknown\n"
+    assert re.fullmatch(r"  1 % \|.+\| 00:36", screen.getvalue().split(ERASE_LINE)[-1])
+
+
+def test_long_first_pass_tells_time_left():
+    """Whoever renders two samples of ten minutes is told after the first one."""
+    log = io.StringIO()
+    steps(log, [600], 2)
+    assert log.getvalue() == " 50 % rendered, 10 min 00 s elapsed, 10 min 00 s left\n"
+
+
 @pytest.mark.parametrize("seconds, words", [(59.6, "1 min 00 s"), (125, "2 min 05 s"), (7260, "2 h 01 min")])
 def test_long_times_are_written_for_people(seconds, words):
     """Nobody wants to divide by 60."""
@@ -102,9 +118,10 @@ def test_updates_are_not_too_many():
     assert 5 <= screen.getvalue().count(ERASE_LINE) <= 11
 
 
-def test_quiet_progress_writes_nowhere():
+def test_quiet_progress_writes_nowhere(capsys):
     """Without a stream, calls cost nothing and change nothing."""
     steps(None, [1, 20, 300], 5).close()
+    assert capsys.readouterr() == ("", "")
 
 
 def test_lost_reader_does_not_stop_the_render():
