@@ -10,11 +10,11 @@ import numpy as np
 
 from renderer import compare, difference, pair as pairs
 from renderer.core.errors import EXIT_DONE, RenderError, UsageError
+from renderer.extras import install_command
 from renderer.io import outputs
 from renderer.options import LIMITED, parse_comparison, print_out
 
 NOTICED = 1  # a level: a greater difference counts; rounding of one render's files makes no greater one
-INSTALL = "pip install '.[compare]'"
 PACKAGES = {"ssim": (compare.ssim_of_seen, "SSIM", "scikit-image"),
             "flip": (compare.flip_of_seen, "FLIP", "flip-evaluator")}  # fmt: skip
 LARGER_IS_BETTER = ("psnr", "ssim")
@@ -96,7 +96,7 @@ def measured(pair):
             missing.append((title, package))
     if missing:
         titles, packages = (" and ".join(words) for words in zip(*missing))
-        remarks.append(f"{titles} need{'s' * (len(missing) == 1)} {packages}: {INSTALL}")
+        remarks.append(f"{titles} need{'s' * (len(missing) == 1)} {packages}: {install_command('compare')}")
     counts, (levels, at) = _levels_apart(pair)
     differing = int(counts[NOTICED + 1 :].sum())
     radiance, radiance_at = _radiance_apart(pair) if pair.is_radiance else (None, None)

@@ -1,12 +1,11 @@
 """Noise taken out of a finished picture by Intel's Open Image Denoise, guided by what the pixels' middles show.
 
-The library is an extra (`pip install .[denoise]`). A denoised picture looks better than it is: what is smooth may be
+The library is an extra (`requirements/denoise.txt`). A denoised picture looks better than it is: what is smooth may be
 invented. It is for looking at, not for measuring.
 """
 
 from renderer.core.errors import RenderError, UsageError
-
-MISSING = "--denoise needs a library that is not installed: pip install '.[denoise]'"
+from renderer.extras import install_command
 
 
 def load():
@@ -14,7 +13,9 @@ def load():
     try:
         import mitsuba_oidn
     except ImportError as error:
-        raise UsageError(f"{MISSING} ({error})") from error
+        raise UsageError(
+            f"--denoise needs a library that is not installed: {install_command('denoise')} ({error})"
+        ) from error
     return mitsuba_oidn
 
 

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from renderer import machine
 from renderer.core import llvm, llvm_trial
+from renderer.extras import install_command
 
 ROOT = Path(__file__).resolve().parent.parent
 OK, NOTE, WARNING, PROBLEM = "ok", "note", "warning", "problem"
@@ -120,7 +121,7 @@ def mend_for_packages() -> str:
         return f"{own} -m renderer doctor   # the Python that `make setup` prepared; this is another"
     if sys.prefix == sys.base_prefix:  # distributions forbid installing into their own Python
         return f"make -C {ROOT} setup && {own} -m renderer doctor"
-    return f"{sys.executable} -m pip install -r {ROOT / 'requirements' / 'run.txt'}"
+    return install_command("run")
 
 
 def in_own_environment() -> bool:
@@ -226,7 +227,7 @@ def mend_for_llvm() -> str:
     if sys.platform == "darwin":
         return "brew install llvm"
     if platform.machine() == "x86_64":
-        return f"{sys.executable} -m pip install -r {ROOT / 'requirements' / 'llvm.txt'}"
+        return install_command("llvm")
     return as_root("apt-get install libllvm19   # or what your distribution calls it")
 
 

@@ -78,7 +78,7 @@ def build_parser():
     add("--encoding", choices=ENCODINGS, metavar="NAME",
         help=" | ".join(ENCODINGS) + ": 8-bit values proportional to light, or the sRGB curve (default: srgb in mode "
         f"{schema.PATHTRACER}, else linear)")
-    add("--denoise", action="store_true", help="take noise out of the picture (needs: pip install '.[denoise]')")
+    add("--denoise", action="store_true", help="take noise out of the picture (needs the package in requirements/denoise.txt)")
 
     add = parser.add_argument_group("how it is computed").add_argument
     add("--backend", choices=BACKENDS, metavar="NAME", help=" | ".join(BACKENDS) + " (default: what works here)")

@@ -445,7 +445,7 @@ def test_denoiser_that_is_not_installed_is_told(scene, engine, capsys, monkeypat
     monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
     assert cli.main([scene, "--denoise"]) == 2
     said = capsys.readouterr().err
-    assert "pip install '.[denoise]'" in said and len(said.splitlines()) == 1
+    assert f"{sys.executable} -m pip install -r " in said and "requirements/denoise.txt" in said and len(said.splitlines()) == 1
     assert engine.calls == [] and os.listdir(".") == [scene]
 
 

@@ -14,6 +14,7 @@ from PIL import Image
 
 from renderer import cli, difference, options
 from renderer.core import srgb
+from renderer.extras import install_command
 from renderer.io import image
 
 SIZE = 16, 12
@@ -229,7 +230,7 @@ def test_missing_packages_cost_their_measures_only(capfd, monkeypatch, hidden, m
     paths = eight_bits("a.png", noise(1)), eight_bits("b.png", noise(2))
     found = told(capfd, *paths)
     assert all(found[name] is None for name in missing) and found["mse"] > 0 and found["psnr"] > 0
-    assert f"{named}: pip install '.[compare]'" in found["remarks"][-1]
+    assert f"{named}: {install_command('compare')}" in found["remarks"][-1]
     assert cli.main(["compare", *paths]) == 0
     lines = capfd.readouterr().out.splitlines()
     assert [line for line in lines if re.search(r"  -$", line)] and found["remarks"][-1] in lines
