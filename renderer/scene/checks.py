@@ -11,7 +11,7 @@ from renderer.core.vectors import cross, length, subtract, unit
 from renderer.scene import schema
 from renderer.scene.checks_lights import check_lights
 from renderer.scene.checks_shapes import CHECKS, FLAT, PARALLEL
-from renderer.scene.findings import NOTE, WARNING, Finding, linked, quoted
+from renderer.scene.findings import NOTE, WARNING, Finding, linked, nearest_file, quoted
 from renderer.scene.loaded import resolve
 from renderer.scene.materials import TEXTURABLE_KEYS, textures_of
 
@@ -113,7 +113,7 @@ def _check_files(what, names, directory, findings):
     for name, at in names.items():
         path = resolve(directory, name)
         if not os.path.isfile(path):
-            why = "is a directory" if os.path.isdir(path) else "no such file"
+            why = "is a directory" if os.path.isdir(path) else f"no such file{nearest_file(path)}"
             findings.append(Finding(at, f"{what} {quoted(name)}: {why} (tried {_printable(path.absolute())})"))
         elif not os.access(path, os.R_OK):
             findings.append(Finding(at, f"{what} {quoted(name)}: may not be read ({_printable(path.absolute())})"))

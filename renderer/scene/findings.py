@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 # How much a finding weighs: a mistake; something not rendered as written; an unknown key; a harmless translation.
 ERROR, WARNING, IGNORED, NOTE = "error", "warning", "ignored", "note"
 AT_VALUE, AT_KEY, AT_PARENT = "value", "key", "parent"
@@ -52,6 +54,17 @@ def nearest(name, known):
     if not found and len(given) > 2:
         found = [candidate for candidate in folded if candidate.startswith(given)][:1]
     return f", did you mean '{folded[found[0]]}'?" if found else ""
+
+
+def nearest_file(path):
+    """Return ", did you mean '...'?" for the file beside `path`, of the same kind, whose name resembles its name most."""
+    folder, name = os.path.split(path)
+    try:
+        beside = os.listdir(folder or ".")
+    except (OSError, ValueError):  # no such folder, or none that the system takes
+        return ""
+    kind = os.path.splitext(name)[1].lower()
+    return nearest(name, (one for one in sorted(beside) if one.lower().endswith(kind) and one.isprintable()))
 
 
 def listed(names):

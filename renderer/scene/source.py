@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from renderer.core.errors import Problem, SceneError
-from renderer.scene.findings import AT_KEY, AT_PARENT, NOTE, NOTHING, Finding, linked, quoted, spelt_out
+from renderer.scene.findings import AT_KEY, AT_PARENT, NOTE, NOTHING, Finding, linked, nearest_file, quoted, spelt_out
 
 MAX_FILE = 2**29  # bytes; more is certainly not a scene description
 
@@ -111,7 +111,7 @@ def read_text(path):
         with open(path, "rb") as file:
             data = file.read(MAX_FILE + 1)
     except FileNotFoundError:
-        raise SceneError(Problem(name, f"no such file (tried {Path(path).absolute()})")) from None
+        raise SceneError(Problem(name, f"no such file{nearest_file(path)} (tried {Path(path).absolute()})")) from None
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise SceneError(Problem(name, f"cannot be read: {reason}")) from None
@@ -180,6 +180,9 @@ SYNTAX = {
 }
 
 
+NOT_IN_JSON = {"'": "JSON has double quotes only"} | dict.fromkeys("TFN", "JSON writes true, false and null in lower case")
+
+
 def _plainly(error, text):
     """Return a JSON syntax error in plain words."""
     said = SYNTAX.get(error.msg, error.msg[:1].lower() + error.msg[1:])
@@ -191,4 +194,6 @@ def _plainly(error, text):
     found = text[error.pos]
     if error.msg.startswith("Expecting") and text.startswith(("//", "/*", "#"), error.pos):
         return f"{said}; JSON has no comments"
+    if error.msg == "Expecting value" and found in NOT_IN_JSON:
+        return f"{said}; {NOT_IN_JSON[found]}"
     return f"{said}, found {quoted(found)}" if error.msg.startswith("Expecting") else said

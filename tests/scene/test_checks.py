@@ -123,6 +123,15 @@ def test_a_missing_texture_is_told_with_the_path_tried(document, tmp_path):
     assert problem.message == f"texture 'no/such.png': no such file (tried {tmp_path / 'no/such.png'})"
 
 
+def test_a_misspelt_texture_is_told_with_its_neighbour(document, tmp_path):
+    """The name that was meant is often in the same folder."""
+    (tmp_path / "globe.png").write_bytes(b"")
+    document["scene"]["shapes"][0]["material"] = {"texture": "glob.png"}
+    with pytest.raises(SceneError) as caught:
+        from_dict(document, directory=tmp_path)
+    assert "no such file, did you mean 'globe.png'? (tried " in caught.value.problems[0].message
+
+
 @pytest.mark.parametrize("name", ["x" * 3000, "\ud800.png", "..", "."])
 def test_an_impossible_texture_name_is_told(document, tmp_path, name):
     """Names that the system refuses, or that are folders, are no traceback, and can be printed."""

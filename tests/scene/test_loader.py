@@ -214,6 +214,9 @@ def test_the_editors_schema_key_is_no_remark(scene_file, document):
     ('{\n "a": 1\n "b": 2}', 3, 2, "a comma (or the closing bracket) is expected here"),
     ('{"a" 1}', 1, 6, "a colon is expected here"),
     ("{'a': 1}", 1, 2, "a key in double quotes is expected here"),
+    ("{\"a\": 'b'}", 1, 7, "a value is expected here; JSON has double quotes only"),
+    ('{"a": True}', 1, 7, "a value is expected here; JSON writes true, false and null in lower case"),
+    ('{"a": None}', 1, 7, "a value is expected here; JSON writes true, false and null in lower case"),
     ('{"a": 1,}', 1, 9, "the comma before it is one too many"),
     ('{"a": [1,]}', 1, 10, "the comma before it is one too many"),
     ('{"a": "b', 1, 7, "this text has no closing quote"),
@@ -253,6 +256,20 @@ def test_a_missing_file_is_told_with_the_path_tried(tmp_path):
     """The absolute path helps whoever is in the wrong folder."""
     with pytest.raises(SceneError, match=r"no such file \(tried .*nothing\.json\)"):
         load(tmp_path / "nothing.json")
+
+
+@pytest.mark.parametrize("beside, said", [
+    ("scene.json", "no such file, did you mean 'scene.json'? (tried "),
+    ("scene.txt", "no such file (tried "),
+    ("lamp.json", "no such file (tried "),
+    ("scene\n.json", "no such file (tried "),
+])
+def test_a_misspelt_file_is_told_with_its_neighbour(tmp_path, beside, said):
+    """Of the same kind, of a similar name, and fit to be printed."""
+    (tmp_path / beside).write_text("{}")
+    with pytest.raises(SceneError) as caught:
+        load(tmp_path / "scnee.json")
+    assert caught.value.problems[0].message.startswith(said)
 
 
 @pytest.mark.parametrize("path", ["", "a" * 5000, "nul\0byte"])
