@@ -18,7 +18,7 @@ from renderer.io.files import remove_unfinished
 
 GRACE = 0.5  # seconds for an orderly exit
 MESSAGE = "interrupted; no picture was left unfinished"
-STOPPING = "interrupted; the picture so far is written (Ctrl-C again: it is not)"
+STOPPING = "interrupted; writing the picture so far (Ctrl-C again leaves without it)"
 
 
 class Interrupt:

@@ -135,7 +135,7 @@ def test_interrupt_keeps_the_picture_so_far(scene, interruptible):
     process = interruptible(sys.executable, "-m", "renderer", scene, *ENDLESS, "-o", "x.exr", "-o", "x.ppm")
     status, said, seconds = interrupted(process, 3.0)
     assert status == 130
-    assert "interrupted; the picture so far is written" in said
+    assert "interrupted; writing the picture so far" in said
     samples = re.search(r"interrupted after (\d+) samples a pixel\n$", said)[1]
     assert 1 < int(samples) < 16_000_000
     assert seconds < 10  # hours, were the signal lost
