@@ -41,4 +41,5 @@ def view_height(camera):
 
 
 def _distance(camera):
+    """Return how far away is what the camera looks at."""
     return math.dist(camera.lookAt, camera.position)

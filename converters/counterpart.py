@@ -64,6 +64,7 @@ class Counterpart:
         return [texture_object(loaded, m) for m in first.values()], [place.get(key, len(first)) for key in keys]
 
     def _sensor(self):
+        """Return the camera's dictionary, a pinhole in the place of a lens."""
         film = {"type": "hdrfilm", "width": self.camera.width, "height": self.camera.height, "rfilter": {"type": "box"}}
         kind, parameters = cameras.sensor(self.camera, with_lens=False)
         return {"type": kind, **parameters, "to_world": mi.ScalarTransform4f(parameters["to_world"]), "film": film}

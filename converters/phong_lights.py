@@ -5,13 +5,14 @@ None falls off with the distance. Lamps are points in their middle, as pictures 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import drjit as dr
 import mitsuba as mi
-import numpy as np
 
 from converters.geometry import unit
+from converters.mitsuba.lamps import beam_deg
 
 
 @dataclass(frozen=True)
@@ -48,21 +49,23 @@ def lights(world):
 
 
 def _numbers(vector):
+    """Return a vector as plain floats."""
     return tuple(float(x) for x in vector)
 
 
 def _point(light):
+    """Return the Light of a point, or of the middle of a lamp."""
     return Light(_numbers(light.intensity), position=_numbers(light.position))
 
 
 def _spot(light):
-    cutoff = np.radians(light.cutoff)
-    beam = 0.75 * cutoff if light.beamwidth is None else np.radians(light.beamwidth)
+    """Return the Light of a cone."""
     return Light(_numbers(light.intensity), _numbers(light.position), axis=_numbers(unit(light.direction)),
-                 cutoff=float(cutoff), beam=float(beam))
+                 cutoff=math.radians(light.cutoff), beam=math.radians(beam_deg(light)))
 
 
 def _directional(light):
+    """Return the Light of one that is infinitely far away."""
     return Light(_numbers(light.intensity), towards=_numbers(-unit(light.direction)))
 
 

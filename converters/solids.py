@@ -49,12 +49,14 @@ class Part:
 
 
 def _sphere(shape):
+    """Yield the primitive of a sphere."""
     # The pole of Mitsuba's sphere is its local z: local (x, y, z) goes to world (x, -z, y), which keeps handedness.
     columns = shape.radius * np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
     yield Part("sphere", "sphere", matrix(*columns, shape.center), uv_map=SPHERE_UV)
 
 
 def _cylinder(shape):
+    """Yield a tube and two disks."""
     axis, centre, radius = unit(shape.axis), np.asarray(shape.center), shape.radius
     t, b = (radius * v for v in frame(axis))
     low, high = centre - shape.height * axis, centre + shape.height * axis
@@ -64,11 +66,13 @@ def _cylinder(shape):
 
 
 def _triangle(shape):
+    """Yield a mesh of one triangle."""
     corners, uv = np.array([shape.v0, shape.v1, shape.v2]), np.array([shape.uv0, shape.uv1, shape.uv2])
     yield Part("triangle", "mesh", mesh=Mesh(corners, np.array([[0, 1, 2]]), uv), uv_map=OWN_UV)
 
 
 def _plane(shape):
+    """Yield a disk that reaches to the horizon."""
     normal = unit(shape.normal)
     t, b = frame(normal)
     yield Part("plane", "disk", matrix(PLANE_RADIUS * t, PLANE_RADIUS * b, normal, shape.point))
@@ -85,25 +89,30 @@ def sheet_mesh(name, middle, u, v):
 
 
 def _rectangle(shape):
+    """Yield the primitive of a parallelogram."""
     yield sheet_mesh("rectangle", shape.center, shape.u, shape.v)
 
 
 def _disk(shape):
+    """Yield the primitive of a disk."""
     normal = unit(shape.normal)
     t, b = (shape.radius * v for v in frame(normal))
     yield Part("disk", "disk", matrix(t, b, normal, shape.center), uv_map=CAP_UV)
 
 
 def _box(shape):
+    """Yield the mesh of a box."""
     yield Part("box", "mesh", mesh=box_mesh(shape.min, shape.max), uv_map=OWN_UV)
 
 
 def _convex(shape):
+    """Yield the mesh of a convex volume's facets."""
     volume = hull(shape.vertices) if shape.vertices is not None else intersection(shape.halfspaces)
     yield Part("convex", "mesh", mesh=convex_mesh(volume), uv_map=OWN_UV)
 
 
 def _mesh(shape, resolve):
+    """Yield the primitive of a mesh file."""
     file = mesh_file(shape, resolve)
     yield Part("mesh", file.plugin, file=file, uv_map=OWN_UV)
 

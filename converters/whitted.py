@@ -141,6 +141,7 @@ def first_hits(loaded, offset=(0.0, 0.0)):
 
 
 def _first_hits(counterpart, offset):
+    """Return the arrays of `first_hits` of a Counterpart."""
     hit = counterpart.intersect(*counterpart.camera_rays(offset))
     size = (counterpart.camera.height, counterpart.camera.width)
     mask = np.array(hit.valid).reshape(size)

@@ -10,6 +10,7 @@ EXIT_DONE, EXIT_BAD_INPUT = 0, 2
 
 
 def _parser():
+    """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog="python -m converters.mitsuba", allow_abbrev=False,
         description="Write a scene as Mitsuba XML, with its meshes and textures in a folder beside it. What stock "

@@ -23,6 +23,7 @@ INDENT = "    "
 
 
 def _numbers(values):
+    """Return numbers as text that reads back to the same."""
     return " ".join(repr(float(v)) for v in values)
 
 
@@ -64,6 +65,7 @@ class _Writer:
         self.folder, self.lines, self.assets = folder, [], {}
 
     def line(self, depth, text):
+        """Add a line of XML."""
         self.lines.append(INDENT * depth + text)
 
     def _asset(self, name, content):
@@ -76,6 +78,7 @@ class _Writer:
         return f"{self.folder}/{name}"
 
     def node(self, depth, name, node):
+        """Add the element of a node, which is called `name`, with all that is in it."""
         kind, values, named = node.type, node.values, ""
         if "mesh" in values:
             kind, values = "ply", {**values, "face_normals": True}
@@ -98,6 +101,7 @@ class _Writer:
         return suffix[1:], {"filename": self._asset(file.path.stem + suffix, content), **file.settings, **children}
 
     def _value(self, depth, key, value, owner):
+        """Add the element of one of a node's values; `owner` is the node's name, after which files are called."""
         if isinstance(value, Node):
             self.node(depth, key, value)
         elif isinstance(value, Mesh):

@@ -7,8 +7,8 @@ stock counterpart.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Callable
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from renderer.scene.schema import Material
 
 NUMBERS = ("alpha", "roughness", "metallic", "bumpmap")  # parameters of which a texture's red is taken
 TRANSMITTING = ("dielectric", "roughdielectric")
+AS_IT_IS = {"flip_invalid_normals": False, "use_shadowing_function": False}  # ours does neither
 
 
 @dataclass(frozen=True)
@@ -65,8 +66,7 @@ class Surface:
 
 def textures(material):
     """Return the keys of a material in mode `pathtracer` that textures stand for."""
-    of_bsdf = [(key, value) for key, value in vars(material.bsdf).items()] if material.bsdf else [
-        ("texture", material.texture)]
+    of_bsdf = vars(material.bsdf).items() if material.bsdf else [("texture", material.texture)]
     maps = [(key, getattr(material, key)) for key in ("normalmap", "bumpmap")]
     return [key for key, value in (*of_bsdf, *maps) if key != "type" and key != "distribution"
             and value is not None and not isinstance(value, (bool, int, float, tuple))]
@@ -110,9 +110,6 @@ def bsdf(surface):
     return made if transmits else materials.two_sided(made)
 
 
-AS_IT_IS = {"flip_invalid_normals": False, "use_shadowing_function": False}
-
-
 def _normals(surface):
     """Return the normal map for the primitive's own tangents, which may point elsewhere than ours.
 
@@ -133,10 +130,12 @@ def _plain(surface):
 
 
 def _diffuse(surface, record):
+    """Return the node of a matt BSDF."""
     return Node("bsdf", "diffuse", {"reflectance": surface.value(record.reflectance, "reflectance")})
 
 
 def _mirror(surface, record):
+    """Return the node of a mirror of one reflectance."""
     return Node("bsdf", "conductor", {
         "material": "none", "specular_reflectance": surface.value(record.reflectance, "reflectance")})
 
@@ -148,6 +147,7 @@ def _metal(surface, record):
 
 
 def _conductor(surface, record):
+    """Return the node of a smooth metal."""
     return Node("bsdf", "conductor", _metal(surface, record))
 
 
@@ -157,6 +157,7 @@ def _rough(surface, record):
 
 
 def _roughconductor(surface, record):
+    """Return the node of a rough metal; of alpha 0, which Mitsuba refuses, of a smooth one."""
     if record.alpha == 0:
         return _conductor(surface, record)
     return Node("bsdf", "roughconductor", {**_metal(surface, record), **_rough(surface, record)})
@@ -170,10 +171,12 @@ def _glass(surface, record):
 
 
 def _dielectric(surface, record):
+    """Return the node of smooth glass."""
     return Node("bsdf", "dielectric", _glass(surface, record))
 
 
 def _roughdielectric(surface, record):
+    """Return the node of rough glass, or of smooth glass where that is the same."""
     if record.alpha == 0 or record.ior == surface.outside:  # Mitsuba refuses equal indices in the rough one
         return _dielectric(surface, record)
     return Node("bsdf", "roughdielectric", {**_glass(surface, record), **_rough(surface, record)})
@@ -198,6 +201,7 @@ def plastic_share(eta):
 
 
 def _plastic(surface, record):
+    """Return the node of a coat over a matt base."""
     reflectance = surface.value(record.reflectance, "reflectance")
     if isinstance(reflectance, Colour):  # textures are left as they are: 0.1 % too bright at index 1.5
         share = plastic_share(record.ior / surface.outside)
@@ -208,6 +212,7 @@ def _plastic(surface, record):
 
 
 def _principled(surface, record):
+    """Return the node of Burley's material, without what transmits."""
     value = surface.value
     return Node("bsdf", "principled", {
         "base_color": value(record.basecolor, "basecolor"), "roughness": value(record.roughness, "roughness"),

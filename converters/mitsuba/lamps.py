@@ -16,6 +16,7 @@ from converters.solids import LOWER_CAP_UV, Part, sheet_mesh
 HAIR = 1e-5  # distance between the two sides of a sheet, in its size or largest coordinate
 TURNED_UV = np.array([[-1.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])  # of a rectangle seen from behind
 GREATEST = 10.0  # scene units: planes have no size that a hair could be part of
+BEAM = 0.75  # of a spot's cutoff, where the file has no beamwidth
 BLACK = Node("bsdf", "diffuse", {"reflectance": Colour((0.0, 0.0, 0.0))})
 
 
@@ -81,18 +82,23 @@ def both_sides(part):
 
 
 def _point(loaded, light):
+    """Return the emitter of a point light."""
     return Node("emitter", "point", {"position": Point(map(float, light.position)),
                                      "intensity": colour(light.intensity)})
+
+
+def beam_deg(light):
+    """Return the half angle of the full part of a spot's cone, in degrees."""
+    return BEAM * light.cutoff if light.beamwidth is None else light.beamwidth
 
 
 def spot(light, intensity):
     """Return a spot with another intensity (Colour)."""
     direction = unit(light.direction)
     t, b = frame(direction)
-    beam = 0.75 * light.cutoff if light.beamwidth is None else light.beamwidth
     return Node("emitter", "spot", {
         "to_world": matrix(t, b, direction, light.position), "intensity": intensity,
-        "cutoff_angle": float(light.cutoff), "beam_width": float(beam)})
+        "cutoff_angle": float(light.cutoff), "beam_width": float(beam_deg(light))})
 
 
 def directional(light, irradiance):
@@ -103,6 +109,7 @@ def directional(light, irradiance):
 
 
 def _environment(loaded, light):
+    """Return the emitter of an image that is all around, turned about +y."""
     turn = np.radians(light.rotation)
     c, s = np.cos(turn), np.sin(turn)
     rotation = matrix((c, 0, -s), (0, 1, 0), (s, 0, c), (0, 0, 0))
@@ -117,10 +124,12 @@ _EMITTERS = {"pointlight": _point, "spot": lambda loaded, light: spot(light, col
 
 
 def _rectangle(light):
+    """Return the part of a lamp that is a parallelogram."""
     return sheet_mesh("lamp", light.position, light.u, light.v)
 
 
 def _disk(light):
+    """Return the part of a lamp that is a disk."""
     normal = unit(light.normal)
     t, b = (light.radius * v for v in frame(normal))
     return Part("lamp", "disk", matrix(t, b, normal, light.position))

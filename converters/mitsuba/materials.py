@@ -92,7 +92,7 @@ def phong(material, outside, pixels, uv_map, remark, encoded=False):
     if mixed == 0:
         return two_sided(_local(material, pixels, uv_map, remark, encoded))
     if material.isrefractive:
-        return _glass(material, mixed, outside, pixels, uv_map, remark, encoded)
+        return _glass(material, outside, pixels, uv_map, remark, encoded)
     mirror = {"material": "none"}
     if mixed == 1:
         return two_sided(Node("bsdf", "conductor", mirror))
@@ -102,8 +102,9 @@ def phong(material, outside, pixels, uv_map, remark, encoded=False):
     return two_sided(Node("bsdf", "blendbsdf", {"weight": mixed, "first": local, "second": rough}))
 
 
-def _glass(material, mixed, outside, pixels, uv_map, remark, encoded):
-    inside = float(material.refractiveindex)
+def _glass(material, outside, pixels, uv_map, remark, encoded):
+    """Return the node of glass, or of a share of it in a local material."""
+    mixed, inside = share(material), float(material.refractiveindex)
     indices = {"int_ior": inside, "ext_ior": float(outside)}
     if mixed == 1:
         return Node("bsdf", "null") if inside == outside else Node("bsdf", "dielectric", indices)

@@ -49,6 +49,7 @@ class _Remarks:
         self.places = {}
 
     def at(self, place):
+        """Return a function that takes down a remark about a place in the scene file."""
         return lambda text: self.places.setdefault(text, {}).setdefault(place)
 
     def problems(self, path):
@@ -79,6 +80,7 @@ def plan(loaded, exact=False):
 
 
 def _integrator(description, remark):
+    """Return the integrator that comes nearest to the render mode."""
     if description.rendermode != "phong":
         remark(f"{description.rendermode} picture written as channels of the aov integrator")
         if description.rendermode in AOV_REMARKS:
@@ -133,6 +135,7 @@ def _brightened(loaded, position, intensity):
 
 
 def _point_light(loaded, position, intensity):
+    """Return a point light with fall-off, brightened."""
     return Node("emitter", "point", {"position": Point(map(float, position)),
                                      "intensity": _brightened(loaded, position, intensity)})
 
@@ -202,6 +205,7 @@ def _soups(loaded):
 
 
 def _stock_parts(loaded, shape, remark):
+    """Return the primitives of a shape; of a textured plane a finite one."""
     mode = loaded.description.rendermode
     if shape.type == "plane" and shape.material.texture is not None and mode in ("phong", "albedo"):
         remark("infinite textured plane written as a large finite rectangle around its point")
@@ -217,6 +221,7 @@ def pixels(loaded, number, material):
 
 
 def _bsdf(loaded, number, material, outside, part, remark):
+    """Return the node of a primitive's material in a render mode."""
     mode = loaded.description.rendermode
     if mode == "binary":
         return materials.matt(materials.BINARY_RED)
