@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.oracle.test_paths_scenes import write_files
-from tests.support.paths import Case, Judge, ours, scene
+from tests.support.paths import Case, ours, scene
 from tests.support.stats import compare
 
 pytestmark = pytest.mark.oracle
@@ -163,12 +163,6 @@ class Dice:
 def transmits(material):
     """Return whether light passes a material."""
     return material["bsdf"]["type"].endswith("dielectric") if "bsdf" in material else "isrefractive" in material
-
-
-@pytest.fixture(scope="module")
-def judge(tmp_path_factory):
-    """Both sides of the scenes."""
-    return Judge(tmp_path_factory.mktemp("random"))
 
 
 @pytest.mark.parametrize(("size", "seed"), SEEDS)

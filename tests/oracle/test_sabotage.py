@@ -12,6 +12,7 @@ from tests.support import oracle as sides
 from tests.support.compare import Mismatch
 from tests.support.documents import GLASS, GROUND, MIRROR, SHINY, changed, scene, shape, write_texture
 from tests.support.meshes import lump, mesh, write
+from tests.support.paths import times
 
 pytestmark = pytest.mark.oracle
 
@@ -76,11 +77,6 @@ BASES = {
 }
 FIRST = "scene.shapes.0."
 MATERIAL = FIRST + "material."
-
-
-def times(factor):
-    """Return a function that scales a number or a vector."""
-    return lambda old: [factor * x for x in old] if isinstance(old, (list, tuple)) else factor * old
 
 
 def add_to(offset):

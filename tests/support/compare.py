@@ -41,6 +41,7 @@ class Mismatch(AssertionError):
 
 
 def _demand(problems, what):
+    """Raise Mismatch where there are problems."""
     if problems:
         raise Mismatch(f"{what}: " + "; ".join(problems))
 
@@ -97,11 +98,6 @@ def check_shapes(ours, theirs, uncertain):
         problems.append(f"{(different & ~uncertain).sum()} pixels differ that no rounding explains")
     _demand(problems, "shape numbers")
     return int(different.sum()), int(uncertain.sum())
-
-
-def check_hits(ours, theirs, uncertain):
-    """Raise Mismatch unless two hit masks (H, W) differ in `uncertain` pixels only; return the two counts."""
-    return check_shapes(np.asarray(ours, dtype=bool), np.asarray(theirs, dtype=bool), uncertain)
 
 
 def check_values(name, ours, theirs, where, spread, periodic=None):

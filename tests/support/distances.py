@@ -13,10 +13,12 @@ def signed_distance(shape, p):
 
 
 def _sphere(shape, p):
+    """Distance to the middle, less the radius."""
     return np.linalg.norm(p - shape["center"], axis=-1) - shape["radius"]
 
 
 def _cylinder(shape, p):
+    """Distance to the box that a cylinder is in (distance along, distance across)."""
     axis = np.asarray(shape["axis"]) / np.linalg.norm(shape["axis"])
     q = p - shape["center"]
     along = np.abs(q @ axis) - shape["height"]
@@ -26,12 +28,14 @@ def _cylinder(shape, p):
 
 
 def _box(shape, p):
+    """Distance in one octant around the box's corner."""
     low, high = np.asarray(shape["min"]), np.asarray(shape["max"])
     q = np.abs(p - 0.5 * (low + high)) - 0.5 * (high - low)
     return np.linalg.norm(np.maximum(q, 0), axis=-1) + np.minimum(q.max(-1), 0)
 
 
 def _convex(shape, p):
+    """Greatest distance to a plane."""
     if "halfspaces" in shape:
         planes = np.asarray(shape["halfspaces"], float)
         planes /= np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
@@ -64,6 +68,7 @@ def _rectangle(shape, p):
 
 
 def _disk(shape, p):
+    """Distance to the disk, in the plane of the axis and the point."""
     n = np.asarray(shape["normal"]) / np.linalg.norm(shape["normal"])
     q = p - shape["center"]
     along = q @ n
@@ -72,6 +77,7 @@ def _disk(shape, p):
 
 
 def _plane(shape, p):
+    """Distance to a plane, unsigned."""
     n = np.asarray(shape["normal"]) / np.linalg.norm(shape["normal"])
     return np.abs((p - shape["point"]) @ n)
 

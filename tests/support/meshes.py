@@ -93,6 +93,7 @@ def write(path, model, **options):
 
 
 def _line(row):
+    """Return numbers as text, with the digits that float32 has."""
     return " ".join(f"{float(value):.9g}" for value in row)
 
 

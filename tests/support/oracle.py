@@ -56,6 +56,7 @@ class Oracle:
         self.round = np.isin(self.shape, [k for k, s in kinds.items() if s.type in ROUND])
 
     def _edge(self, moved):
+        """Return where the pictures of moved rays see another facet or a sharp bend, (H, W)."""
         bent = np.abs(moved["normal"] - self.reference["normal"]).max(axis=-1) > whitted.EDGE_ANGLE
         return bent | (moved["part"] != self.reference["part"])
 

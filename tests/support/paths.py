@@ -48,6 +48,7 @@ class _Tall(View):
     """Pictures one above the other, as one: its rows repeat, and each lane draws by its own number."""
 
     def _lanes(self, pixel, width, seed):
+        """Return sampler and corner of each lane; the corner is that within its own picture."""
         sampler, corner = super()._lanes(pixel, width, seed)
         height = Float(self.height // LEAST_BATCHES)
         corner.y -= height * dr.floor((corner.y + 0.5) / height)

@@ -95,21 +95,25 @@ def write_obj(path, vertices, faces):
 
 
 def _soup(rng, count=300):
+    """Small triangles anywhere in a cube."""
     return rng.random((count, 1, 3)) + 0.3 * (rng.random((count, 3, 3)) - 0.5)
 
 
 def _bumpy(rng):
+    """A closed mesh with waves."""
     v, faces = ball(8, 0.15)
     return v[faces]
 
 
 def _needles(rng, count=300):
+    """Triangles a thousand times as long as wide."""
     along, across = rng.normal(size=(2, count, 3))
     start = rng.random((count, 3))
     return np.stack([start, start + along, start + along + 1e-3 * across], 1)
 
 
 def _huge_among_tiny(rng):
+    """One triangle through a crowd of small ones."""
     huge = [[[-500, -400, 0.1], [700, -300, 0.4], [0, 900, 0.7]]]
     return np.concatenate([0.05 * _soup(rng, 200) + 0.5, huge, 0.05 * _soup(rng, 99) + 0.2])
 
@@ -121,6 +125,7 @@ def _concentric(rng, count=200):
 
 
 def _flat(rng):
+    """A soup in one plane."""
     return _soup(rng) * [1, 1, 0] + [0, 0, 0.25]
 
 

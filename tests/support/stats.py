@@ -82,6 +82,7 @@ def compare(one, other):
 
 
 def _batches(pictures):
+    """Return pictures as float64; they must be enough, and finite."""
     pictures = np.asarray(pictures, np.float64)
     assert pictures.ndim == 4 and len(pictures) >= LEAST_BATCHES, "(K, H, W, C) with K batches"
     assert np.isfinite(pictures).all(), "not finite"
@@ -90,6 +91,8 @@ def _batches(pictures):
 
 @dataclass(frozen=True)
 class _Test:
+    """A t-test of each pixel and channel."""
+
     p: np.ndarray
     freedom: np.ndarray
     difference: np.ndarray

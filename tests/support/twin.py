@@ -18,15 +18,18 @@ MISS = -1
 
 
 def _unit(v):
+    """Return vectors (..., 3) at length 1."""
     return np.asarray(v, float) / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
 def _frame(n):
+    """Return the scene format's two axes beside a unit normal."""
     t = _unit(np.cross(n, [0.0, 1, 0] if abs(n[1]) < 0.9 else [0.0, 0, 1]))
     return t, np.cross(n, t)
 
 
 def _dot(a, b):
+    """Return the dot products of vectors (..., 3)."""
     return (np.asarray(a) * b).sum(axis=-1)
 
 
@@ -49,6 +52,7 @@ def _first_beyond(candidates):
 
 
 def _sphere(s, o, d):
+    """Return t, outward normal and uv of rays at a sphere; so do the functions below."""
     b, c = _dot(o - s.center, d), _dot(o - s.center, o - s.center) - s.radius**2
     root = np.sqrt(b * b - c)
     t = _first_beyond(np.stack([-b - root, -b + root]))
@@ -58,6 +62,7 @@ def _sphere(s, o, d):
 
 
 def _cylinder(s, o, d):
+    """See `_sphere`: side and caps, whichever comes first."""
     a = _unit(np.array(s.axis, float))
     t1, t2 = _frame(a)
     local = np.stack([(o - s.center) @ v for v in (t1, t2, a)], -1)
@@ -79,6 +84,7 @@ def _cylinder(s, o, d):
 
 
 def _triangle(s, o, d):
+    """See `_sphere`: barycentric coordinates by cross products."""
     v0, v1, v2 = (np.array(v, float) for v in (s.v0, s.v1, s.v2))
     e1, e2 = v1 - v0, v2 - v0
     n = np.cross(e1, e2)
@@ -91,6 +97,7 @@ def _triangle(s, o, d):
 
 
 def _plane(s, o, d):
+    """See `_sphere`: uv are distances from the plane's point."""
     n = _unit(np.array(s.normal, float))
     t = -((o - s.point) @ n) / (d @ n)
     t = np.where(t > T_MIN, t, np.inf)
@@ -99,6 +106,7 @@ def _plane(s, o, d):
 
 
 def _convex(s, o, d):
+    """See `_sphere`: a box or convex volume, between the last way in and the first way out."""
     normals, offsets = halfspaces(s)
     speed, gap = d @ normals.T, offsets - o @ normals.T
     crossing = gap / speed
