@@ -17,10 +17,10 @@ INTRODUCTION = """# Numerical stability on hard cases
 
 Made by `python -m tests.stability --write`; `pytest tests/stability` judges the same cases.
 
-Each case is one hard input, or many of them. *Ours* is what the renderer computes, *naive* the textbook's formula in the
-same precision, *Mitsuba* what Mitsuba {mitsuba} answers on the same input, where it can be asked. Errors are taken against
-closed forms, the same formula in double precision, or exact arithmetic. Of each: the worst error, then the mean. `ulp`
-is the spacing of float32 numbers at the exact value, `share` the part of the answers that is wrong.
+Each case is one hard input, or many of them. *Ours* is what the renderer computes, *naive* the textbook's formula in
+the same precision, *Mitsuba* what Mitsuba {mitsuba} answers on the same input, where it can be asked. Errors are taken
+against closed forms, the same formula in double precision, or exact arithmetic. Of each: the worst error, then the
+mean. `ulp` is the spacing of float32 numbers at the exact value, `share` the part of the answers that is wrong.
 """
 HEAD = ("case", "unit", "allowed", "ours", "naive", "Mitsuba")
 
@@ -47,6 +47,7 @@ def main(arguments=None):
 
 
 def _has(case, words):
+    """Return whether a case's name has one of the words, or none is asked for."""
     return not words or any(word.lower() in case.name.lower() for word in words)
 
 
@@ -63,6 +64,7 @@ def text(parts):
 
 
 def _table(cases):
+    """Return the table of cases, in Markdown."""
     rows = [HEAD, ["---"] * len(HEAD)]
     for case in cases:
         sides = (_errors(case.found[side]) for side in ("ours", "naive", "mitsuba"))
@@ -83,6 +85,7 @@ def _notes(cases):
 
 
 def _errors(found):
+    """Return the worst error and the mean one as text."""
     return "-" if found is None else f"{short(found.worst)}, {short(found.mean)}"
 
 

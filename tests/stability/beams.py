@@ -1,8 +1,8 @@
 """Narrow cones of light.
 
 A sphere is seen in a cone whose 1 - cosine vanishes from afar, and whose cosine does from close by. A spot's light
-falls off with an angle that an arc cosine cannot tell where it is small. Spheres are seen from 1e-6 radii above their surface
-to 1e6 radii away, spots have beams of 0.01 to 10 degrees, and what they shine on is up to 1e6 units away.
+falls off with an angle that an arc cosine cannot tell where it is small. Spheres are seen from 1e-6 radii above their
+surface to 1e6 radii away, spots have beams of 0.01 to 10 degrees, and what they shine on is up to 1e6 units away.
 """
 
 import math

@@ -72,7 +72,7 @@ def mitsuba():
 
 
 def ulps(value, exact):
-    """Return the errors of float32 values against exact float64 ones, in spacings of float32 numbers at the exact value."""
+    """Return the errors of float32 values against exact float64 ones, in spacings of float32 there."""
     exact = np.asarray(exact, np.float64)
     return np.abs(np.asarray(value, np.float64) - exact) / spacing(exact)
 

@@ -1,9 +1,9 @@
 """Choices among things of very different weights.
 
 Lights of a scene and triangles of a mesh are chosen by weights that may span 1e12. Random numbers have 24 bits: what is
-rarer than 2^-24 of them is chosen never, or far too often, and the light that it stands for is wrong by as much, because
-each choice is divided by its exact probability. How often each thing is chosen is counted exactly, by looking for the
-numbers at which choices change.
+rarer than 2^-24 of them is chosen never, or far too often, and the light that it stands for is wrong by as much,
+because each choice is divided by its exact probability. How often each thing is chosen is counted exactly, by looking
+for the numbers at which choices change.
 """
 
 import drjit as dr

@@ -39,6 +39,7 @@ def around(place, at):
 
 
 def _triangle(place, at):
+    """Return a triangle along no axis, moved by `at` in its own size."""
     corners = np.array([[-1, -0.7], [1.1, -0.5], [-0.1, 1.2]]) @ stage.TURN[:2] + at
     return stage.placed("triangle", place, **dict(zip(("v0", "v1", "v2"), corners)))
 

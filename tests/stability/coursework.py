@@ -96,6 +96,7 @@ def wrong_by_textbook():
 
 
 def _textbook_roots(f, d, radius):
+    """Return both roots of the textbook's quadratic, and whether there are any."""
     a, b, c = (d * d).sum(1), 2 * (f * d).sum(1), (f * f).sum(1) - radius**2
     square = b * b - 4 * a * c
     root = np.sqrt(np.maximum(square, 0))

@@ -120,17 +120,23 @@ def stage(*shapes):
     for number, (shape, part) in enumerate(everything):
         name = f"{part.name}{number}"
         if part.mesh is not None:
-            mesh = mi.Mesh(name, len(part.mesh.vertices), len(part.mesh.faces))
-            content = mi.traverse(mesh)
-            content["vertex_positions"] = mi.Float(part.mesh.vertices.ravel().astype(np.float32))
-            content["faces"] = mi.UInt32(part.mesh.faces.ravel().astype(np.uint32))
-            content.update()
-            scene[name] = mesh
+            scene[name] = mitsuba_mesh(name, part.mesh.vertices, part.mesh.faces)
         elif shape.type == "sphere":
             scene[name] = {"type": "sphere", "center": list(shape.center), "radius": shape.radius}
         else:
             scene[name] = {"type": part.kind, "to_world": mi.ScalarTransform4f(part.to_world)}
     return mi.load_dict(scene)
+
+
+def mitsuba_mesh(name, vertices, faces):
+    """Return Mitsuba's mesh of (V, 3) vertices and of faces, three numbers of vertices each, without normals."""
+    mi = mitsuba()
+    mesh = mi.Mesh(name, len(vertices), np.size(faces) // 3)
+    content = mi.traverse(mesh)
+    content["vertex_positions"] = mi.Float(np.float32(vertices).ravel())
+    content["faces"] = mi.UInt32(np.uint32(faces).ravel())
+    content.update()
+    return mesh
 
 
 def columns(array):

@@ -1,9 +1,10 @@
 """Images of the sky.
 
-An image 4096 rows high has its first rows within 1e-3 radians of the pole, where an arc cosine of the height knows
-the angle to 1e-4. Rows are told by an image whose texels hold the numbers of their rows, for directions down to 1e-6 radians
-from either pole. The density that comes with a chosen direction is held against the one told for that direction, by
-both of which multiple importance sampling weighs; random numbers are 100,000 pairs, their ends among them.
+An image 4096 rows high has its first rows within 1e-3 radians of the pole, where an arc cosine of the height knows the
+angle to 1e-4. Rows are told by an image whose texels hold the numbers of their rows, for directions down to 1e-6
+radians from either pole. The density that comes with a chosen direction is held against the one told for that
+direction, by both of which multiple importance sampling weighs; random numbers are 100,000 pairs, their ends among
+them.
 """
 
 import functools

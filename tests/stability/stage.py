@@ -128,25 +128,17 @@ def mitsuba_scene(shapes):
     level = mi.log_level()
     mi.set_log_level(mi.LogLevel.Error)  # it warns of rounded rotations
     try:
-        return probe.stage(*shapes) if isinstance(shapes, tuple) else _mitsuba_mesh(np.float32(shapes))
+        if isinstance(shapes, tuple):
+            return probe.stage(*shapes)
+        mesh = probe.mitsuba_mesh("mesh", np.reshape(shapes, (-1, 3)), np.arange(3 * len(shapes)))
+        return mi.load_dict({"type": "scene", "mesh": mesh})
     finally:
         mi.set_log_level(level)
-
-
-def _mitsuba_mesh(corners):
-    mi = mitsuba()
-    found = mi.Mesh("mesh", 3 * len(corners), len(corners))
-    content = mi.traverse(found)
-    content["vertex_positions"] = mi.Float(corners.ravel())
-    content["faces"] = mi.UInt32(np.arange(3 * len(corners), dtype=np.uint32))
-    content.update()
-    return mi.load_dict({"type": "scene", "mesh": found})
 
 
 def vector(mi, d):
     """Return (N, 3) as Mitsuba's vectors."""
     return mi.Vector3f(*probe.columns(d))
-
 
 
 def hull(shape):

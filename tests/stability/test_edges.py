@@ -7,6 +7,7 @@ from tests.stability import edges
 
 
 def test_rays_at_fans_meet_them_and_those_beside_do_not():
+    """What aims at the common corner is met for certain; half the way to the next fan nothing is."""
     middle, rim, o, d = edges.fans()
     few = slice(0, 2)
     assert edges.truly_met()[few].all()

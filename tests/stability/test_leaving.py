@@ -26,6 +26,7 @@ def test_both_roundings_of_sheets_are_needed(monkeypatch, module, name):
 
 
 def test_meshes_must_be_started_off(monkeypatch):
+    """Rays that start where they hit meet a neighbour of their triangle."""
     monkeypatch.setattr(triangles, "POINT_ROUNDOFFS", 0.0)
     monkeypatch.setattr(triangles, "EDGE_ROUNDOFFS", 0.0)
     assert leaving.again(["ball"], stage.ours).any()
@@ -33,10 +34,12 @@ def test_meshes_must_be_started_off(monkeypatch):
 
 @pytest.mark.parametrize("name", ["POINT_ROUNDOFFS", "EDGE_ROUNDOFFS"])
 def test_both_roundings_of_meshes_are_needed(monkeypatch, name):
+    """That of the point, and that of the neighbours' corners."""
     monkeypatch.setattr(triangles, name, 0.0)
     assert seams.at_seams(stage.ours).any()
 
 
 def test_wider_bounds_hide_what_is_close(monkeypatch):
+    """Guards as wide as eight times the rounding lose surfaces in near contact."""
     monkeypatch.setattr(geometry, "LEAVE_ULPS", 16.0)
     assert contact.unseen(stage.ours).any()

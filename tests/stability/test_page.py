@@ -18,10 +18,12 @@ def test_the_page_has_every_case():
 
 
 def head(case):
+    """Return how the row of a case begins."""
     return f"| {case.name} | {case.unit} | {command.short(case.allowed)} |"
 
 
 def test_pages_tell_worst_and_mean_and_what_is_said():
+    """A made-up case has its row under its module's title, and a line of its own below the table."""
     page = command.text([("made_up", "Title.\n\nMore.", [MADE_UP])])
     assert "| a case | ulp | 2 | 1, 0.5 | infinite, infinite | - |" in page and "## Title\n\nMore." in page
     assert "- *a case*: two roundings. Naive: the sum. Mitsuba: x." in page
@@ -29,6 +31,7 @@ def test_pages_tell_worst_and_mean_and_what_is_said():
 
 @pytest.mark.parametrize("words, count", [((), 2), (("CASE",), 1), (("case", "other"), 2), (("none",), 0)])
 def test_words_choose_cases(words, count):
+    """In any case of letters; without words, all are chosen."""
     others = Case("another", "ulp", 1.0, "", None, None, "")
     assert sum(command._has(case, words) for case in (MADE_UP, others)) == count
 

@@ -185,6 +185,7 @@ def of_bound_mitsuba():
 
 
 def _over_bound(corners, index, p, bound):
+    """Return how far points are off their triangles' planes, in units of the bound."""
     v = corners[index].astype(float)
     n = np.cross(v[:, 1] - v[:, 0], v[:, 2] - v[:, 0])
     area = np.linalg.norm(n, axis=1)

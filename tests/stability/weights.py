@@ -3,8 +3,8 @@
 Densities per steradian span the whole of float32: a lamp that covers the sky has 1e-1, one of a micrometre a kilometre
 away 1e18, the tail of a sharp highlight 1e-30. Their squares do not fit. Inputs are pairs of powers of ten from -37.9
 to 38, half of them within three powers of each other; the sums have also 0, infinity, the greatest number and some that
-are not normal with one another. The renderer takes what is below 2^-126 for that, so that pairs of which one is, and the
-other hardly larger, are left out, as is infinity twice.
+are not normal with one another. The renderer takes what is below 2^-126 for that, so that pairs of which one is, and
+the other hardly larger, are left out, as is infinity twice.
 """
 
 import numpy as np
