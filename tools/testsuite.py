@@ -123,7 +123,7 @@ def blocks(difference):
 def sheet(rows, columns, evened=lambda difference: difference):
     """Return a contact sheet: `columns` triples of ours, Mitsuba's and the difference side by side.
 
-    `rows` is a list of (caption, our picture, Mitsuba's picture); `evened` is done to differences before they are shown.
+    `rows` is a list of (caption, our picture, Mitsuba's picture); `evened` is done to differences first.
     """
     width, height = 3 * CELL[0] + 6, CELL[1] + CAPTION
     lines = -(-len(rows) // columns)
@@ -171,7 +171,8 @@ def coursework(folder):
 def antialiased(folder):
     """Write a picture with one ray a pixel beside the same with many."""
     scene = load(str(ROOT / "scenes" / "features" / "samples.json"))
-    save(beside([picture_of(render(picture)) for picture in (override(scene, samples=1), scene)]), folder / "antialiased.png")
+    pictures = [picture_of(render(each)) for each in (override(scene, samples=1), scene)]
+    save(beside(pictures), folder / "antialiased.png")
 
 
 def shown(folder, name, samples):
