@@ -17,7 +17,7 @@ either ray, after which the lanes that have arrived are shaded, so that none wai
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import drjit as dr
 
@@ -30,11 +30,12 @@ from renderer.integrators.mis import power_heuristic
 from renderer.samplers.base import PATH, Draws
 from renderer.scene.geometry import SHADOW_END, leave
 from renderer.scene.mirrors import Reflection, Spread
+from renderer.scene.scattering import Look
 from renderer.scene.schema import PATHTRACER
 
 DIMENSIONS = 6  # of a vertex
 CHOICES, ON_LIGHT, DIRECTION, ROULETTE, MIRROR, ON_LAMP = range(DIMENSIONS)
-ROULETTE_DEPTH = 4  # bounces before it
+ROULETTE_DEPTH = 4  # the first bounce at which it is played
 MOST_SURVIVAL = 0.95  # so that no path goes on for ever
 STEPS = 5  # through the hierarchy between shadings, at most
 
@@ -80,6 +81,23 @@ class Vertex:
     reflected: Vector3f | None = None  # also reaches it where `towards_mirror` meets the mirror of `way`, then the lamp
     towards_mirror: Ray | None = None
     way: Reflection | None = None
+
+
+@dataclass
+class Interaction:
+    """The surface at the end of a path's segment."""
+
+    path: Path
+    hit: Hit
+    shape: UInt32  # its number in the compiled order
+    surface: Surface
+    look: Look
+    active: Bool  # whether the path may bounce there
+    dimension: UInt32  # the first of its random numbers
+
+    def leave(self, direction):
+        """Return the ray that goes on from there."""
+        return leave(self.surface, self.hit.index, direction)
 
 
 @register(PATHTRACER)
@@ -174,46 +192,56 @@ class PathTracer:
             radiance += dr.select(hit.valid, path.throughput * arriving * weight, 0)
 
         active = hit.valid & (path.depth < self._limit)
-        look, wi = scattering.at(shape, surface, active), -path.d
-        dimension = path.depth * DIMENSIONS + PATH
+        look, dimension = scattering.at(shape, surface, active), path.depth * DIMENSIONS + PATH
+        here = Interaction(path, hit, shape, surface, look, active, dimension)
         choices = draws.u2(dimension + CHOICES)
         vertex = Vertex(radiance, None, None, None, None, None)
         if self._mirrors:
-            self._look_into_mirrors(vertex, path, hit, surface, look, active, draws, dimension)
+            self._look_into_mirrors(vertex, here, draws)
         if lighting.has_lights and scattering.smooth:
-            light = lighting.sample(surface.p, choices.x, draws.u2(dimension + ON_LIGHT))
-            value, pdf_sa = look.evaluate(wi, light.wo)
-            share = _light_share(light, pdf_sa) / greater(light.pdf_sa, Float(LEAST_NORMAL))
-            vertex.direct = dr.select(active, path.throughput * value * light.radiance * share, 0)
-            vertex.towards_light, vertex.distance = leave(surface, hit.index, light.wo), light.distance
-
-        scattered = look.sample(wi, choices.y, draws.u2(dimension + DIRECTION))
-        onward = leave(surface, hit.index, scattered.wo)
-        throughput, eta = path.throughput * scattered.weight, path.eta * scattered.eta
-        vertex.alive = active & _any(throughput)
-        if scene.roulette:
-            worth = greater(throughput.x, greater(throughput.y, throughput.z)) * dr.square(eta)
-            survival = dr.select(path.depth < ROULETTE_DEPTH - 1, Float(1), lesser(worth, Float(MOST_SURVIVAL)))
-            vertex.alive &= draws.u1(dimension + ROULETTE) < survival
-            throughput *= dr.rcp(survival)
-        pdf_sa = dr.select(scattered.delta, 0, scattered.pdf_sa)
-        mirrored = self._mirrored(path, hit, shape, surface, scattered) if self._mirrors else None
-        vertex.path = Path(onward.o, onward.d, onward.left_index, onward.left_inwards, throughput, pdf_sa, eta,
-                           path.depth + 1, mirrored)
+            self._look_at_light(vertex, here, choices.x, draws)
+        self._go_on(vertex, here, choices.y, draws)
         return vertex
 
-    def _look_into_mirrors(self, vertex, path, hit, surface, look, active, draws, dimension):
+    def _look_at_light(self, vertex, here, u, draws):
+        """Let the vertex draw a direction to one of the lights."""
+        light = self._scene.lighting.sample(here.surface.p, u, draws.u2(here.dimension + ON_LIGHT))
+        value, pdf_sa = here.look.evaluate(-here.path.d, light.wo)
+        share = _light_share(light, pdf_sa) / greater(light.pdf_sa, Float(LEAST_NORMAL))
+        vertex.direct = dr.select(here.active, here.path.throughput * value * light.radiance * share, 0)
+        vertex.towards_light, vertex.distance = here.leave(light.wo), light.distance
+
+    def _look_into_mirrors(self, vertex, here, draws):
         """Let the vertex draw a way over a mirror to a lamp."""
-        way = self._mirrors.sample(surface.p, draws.u2(dimension + MIRROR), draws.u2(dimension + ON_LAMP))
-        value, pdf_sa = look.evaluate(-path.d, way.wo)
+        path, numbers = here.path, [draws.u2(here.dimension + dimension) for dimension in (MIRROR, ON_LAMP)]
+        way = self._mirrors.sample(here.surface.p, *numbers)
+        value, pdf_sa = here.look.evaluate(-path.d, way.wo)
         weight = power_heuristic(way.pdf_sa, pdf_sa) / greater(way.pdf_sa, Float(LEAST_NORMAL))
         last = path.depth + 1 >= self._limit  # the mirror is a bounce too
-        vertex.reflected = dr.select(active & ~last, path.throughput * value * way.radiance * weight, 0)
-        vertex.way, vertex.towards_mirror = way, leave(surface, hit.index, way.wo)
+        vertex.reflected = dr.select(here.active & ~last, path.throughput * value * way.radiance * weight, 0)
+        vertex.way, vertex.towards_mirror = way, here.leave(way.wo)
 
-    def _mirrored(self, path, hit, shape, surface, scattered):
+    def _go_on(self, vertex, here, u, draws):
+        """Let the vertex draw the path's next segment from the BSDF, and whether there is one."""
+        path = here.path
+        scattered = here.look.sample(-path.d, u, draws.u2(here.dimension + DIRECTION))
+        onward = here.leave(scattered.wo)
+        throughput, eta = path.throughput * scattered.weight, path.eta * scattered.eta
+        vertex.alive = here.active & _any(throughput)
+        if self._scene.roulette:
+            worth = greater(throughput.x, greater(throughput.y, throughput.z)) * dr.square(eta)
+            survival = dr.select(path.depth < ROULETTE_DEPTH - 1, Float(1), lesser(worth, Float(MOST_SURVIVAL)))
+            vertex.alive &= draws.u1(here.dimension + ROULETTE) < survival
+            throughput *= dr.rcp(survival)
+        pdf_sa = dr.select(scattered.delta, 0, scattered.pdf_sa)
+        mirrored = self._mirrored(here, scattered) if self._mirrors else None
+        vertex.path = Path(onward.o, onward.d, onward.left_index, onward.left_inwards, throughput, pdf_sa, eta,
+                           path.depth + 1, mirrored)
+
+    def _mirrored(self, here, scattered):
         """Return what tells, of the segments that leave mirrors, how else lamps at their ends might be found."""
-        known, spread = self._mirrors.spread(shape, -dr.dot(surface.n_geo, path.d), hit.t)
+        path = here.path
+        known, spread = self._mirrors.spread(here.shape, -dr.dot(here.surface.n_geo, path.d), here.hit.t)
         known = known & scattered.delta & (path.pdf_sa > 0)
         return Mirrored(dr.select(known, path.pdf_sa, 0), spread)
 
@@ -282,8 +310,8 @@ class WalkingPathTracer(PathTracer):
         vertex = self._reached(journey.path, Hit(t, dr.select(ended, index, NO_SHAPE), record), draws)
         radiance += dr.select(ended, vertex.radiance, 0)
         onward, asks = ended & vertex.alive, Bool(False)
-        journey = Journey(dr.select(ended, vertex.path, journey.path), journey.goes_on, journey.to_light, Bool(False),
-                          journey.light_d, journey.light_o, journey.light_inwards, journey.pending, t, index, record, walk)
+        journey = replace(journey, path=dr.select(ended, vertex.path, journey.path), begins=Bool(False),
+                          t=t, index=index, record=record, walk=walk)
         if vertex.direct is not None:
             asks, towards = ended & _any(vertex.direct), vertex.towards_light
             journey.light_o = dr.select(asks, towards.o, journey.light_o)

@@ -30,6 +30,7 @@ from renderer.lights.base import LEAST_COSINE, direction_to
 
 MOST_MIRRORS, MOST_LAMPS = 4, 8  # each is in the kernel
 NEWTON_STEPS = 4  # leave angles wrong by at most 2e-4 up to a thousandth of a radius from the ball
+MOST_STEP = 0.5  # radians; where the curve is flat, steps would lead anywhere
 PLACE, NORMAL, RADIUS, COLOUR = 0, 3, 3, 6  # columns: the middle and radius of a ball, or a point and normal
 
 
@@ -199,20 +200,31 @@ def on_flat(row, p, q):
 
 
 def on_ball(row, p, q):
-    """Return (wo, x, n, Spread, possible) of the way over a ball, for points outside of it.
-
-    In units of its radius, with a and b the distances of the points from the middle and phi the angle between them, the
-    normal is at the angle t from p where a b sin(2 t - phi) - a sin t + b sin(phi - t) = 0: tangents of both angles are
-    equal. Cosine and sine of t are followed, not t.
-    """
+    """Return (wo, x, n, Spread, possible) of the way over a ball, for points outside of it."""
     centre, radius = row.vector(PLACE), row[RADIUS]
     to_p, a = direction_to((p - centre) * dr.rcp(radius), Vector3f(0))
     to_q, b = direction_to((q - centre) * dr.rcp(radius), Vector3f(0))
-    c0 = dr.dot(to_p, to_q)
-    across = to_q - to_p * c0
-    s0 = dr.norm(across)
-    across *= dr.rcp(greater(s0, Float(TINY)))
+    cos_phi = dr.dot(to_p, to_q)
+    across = to_q - to_p * cos_phi
+    sin_phi = dr.norm(across)
+    across *= dr.rcp(greater(sin_phi, Float(TINY)))
 
+    c, s = alhazen(a, b, cos_phi, sin_phi)
+    n = dr.fma(to_p, c, across * s)
+    x = dr.fma(n, radius, centre)
+    wo, d1 = direction_to(x, p)
+    cosine = -dr.dot(wo, n)
+    possible = (a > 1) & (b > 1) & (cosine > LEAST_COSINE) & (dr.dot(q - x, n) > 0)
+    return wo, x, n, _spread(d1, cosine, 2 * dr.rcp(radius)), possible
+
+
+def alhazen(a, b, c0, s0):
+    """Return cosine and sine of the angle t from p to the normal of a ball at which p and q see each other.
+
+    In units of its radius, a and b are the distances of p and q from the middle, c0 and s0 cosine and sine of the angle
+    phi between them. There a b sin(2 t - phi) - a sin t + b sin(phi - t) = 0: tangents of both angles are equal. Cosine
+    and sine of t are followed, not t.
+    """
     inverse_a, inverse_b = dr.rcp(a), dr.rcp(b)
     side_a, side_b = safe_sqrt(1 - dr.square(inverse_a)), safe_sqrt(1 - dr.square(inverse_b))
     last_p = inverse_a, side_a  # cosine and sine of the last normal that p can see, and that q can
@@ -235,15 +247,9 @@ def on_ball(row, p, q):
         value = a * b * (s * c_rest - c * s_rest) - a * s + b * s_rest
         slope = 2 * a * b * (c * c_rest + s * s_rest) - a * c - b * c_rest
         step = value / dr.select(slope == 0, Float(1), slope)
-        step = lesser(greater(step, Float(-0.5)), Float(0.5))
+        step = lesser(greater(step, Float(-MOST_STEP)), Float(MOST_STEP))
         c, s = between(*unit_of(dr.fma(s, step, c), dr.fma(-c, step, s)))
-
-    n = dr.fma(to_p, c, across * s)
-    x = dr.fma(n, radius, centre)
-    wo, d1 = direction_to(x, p)
-    cosine = -dr.dot(wo, n)
-    possible = (a > 1) & (b > 1) & (cosine > LEAST_COSINE) & (dr.dot(q - x, n) > 0)
-    return wo, x, n, _spread(d1, cosine, 2 * dr.rcp(radius)), possible
+    return c, s
 
 
 def _spread(d1, cosine, curvature):
