@@ -47,7 +47,6 @@ UNRENDERED = {
 MODES = {"preview": "phong", "pathtracing": "pathtracer", "path": "pathtracer"}
 LIGHT_TYPES = {"point": "pointlight", "area": "arealight", "spotlight": "spot", "directionallight": "directional",
                "sun": "directional", "envmap": "environment", "environmentmap": "environment"}
-LIGHTS_LEFT_OUT = {}
 SHAPE_TYPES = {"ply": "mesh", "obj": "mesh"}
 SHAPES_LEFT_OUT = {
     "cubemap": "images of cubes are not rendered by this version; see the light environment",
@@ -85,9 +84,9 @@ OWN = {"file": schema.Scene.keys, "camera": schema.Camera.keys, "scene": schema.
        "material": schema.Material.keys}
 
 
-def translate(document, moved):
-    """Translate the document in place and return notes; `moved` gets {path after: path in the file}."""
-    return _Translation(document, moved).notes
+def translate(document, source):
+    """Translate the document of a Source in place and return notes; its `moved` gets {path after: path in the file}."""
+    return _Translation(document, source).notes
 
 
 def replaced_mode(own, mode):
@@ -103,8 +102,8 @@ def replaced_mode(own, mode):
 class _Translation(LightSpellings, MaterialSpellings, MeshSpellings):
     """One walk over a document from the top down, so that every step knows where its values came from."""
 
-    def __init__(self, document, moved):
-        self.moved, self.notes = moved, []
+    def __init__(self, document, source):
+        self.moved, self._original, self.notes = source.moved, source.original, []
         self._layout(document)
         self._keys(document, (), "file", OWN["file"])
         self._mode(document)
@@ -114,12 +113,6 @@ class _Translation(LightSpellings, MaterialSpellings, MeshSpellings):
             self._scene(document["scene"])
 
     # Notes and moves
-
-    def _original(self, path):
-        for length in range(len(path), 0, -1):
-            if path[:length] in self.moved:
-                return self.moved[path[:length]] + path[length:]
-        return path
 
     def _note(self, path, message, severity=NOTE, anchor=AT_KEY):
         self.notes.append(Finding(linked(self._original(path)), message, NOTHING, anchor, severity, as_written=True))
@@ -180,7 +173,7 @@ class _Translation(LightSpellings, MaterialSpellings, MeshSpellings):
 
     def _scene(self, world):
         self._keys(world, ("scene",), "scene", OWN["scene"])
-        self._list(world, "lightsources", LIGHT_TYPES, LIGHTS_LEFT_OUT, schema.LIGHT_KINDS)
+        self._list(world, "lightsources", LIGHT_TYPES, {}, schema.LIGHT_KINDS)
         for index, light in enumerate(_objects(world.get("lightsources"))):
             if light is not None:
                 self._light(light, ("scene", "lightsources", index))

@@ -17,7 +17,6 @@ from renderer.scene.loaded import LoadedScene
 from renderer.scene.source import Source, message_of, parse, read_text
 
 MAX_REPORTED = 100  # problems listed one by one; the rest are counted
-OVERRIDES = ("mode", "width", "height", "samples", "nbounces")
 
 
 def load(path, *, strict=False, mode=None):
@@ -50,15 +49,14 @@ def override(loaded, *, mode=None, width=None, height=None, samples=None, nbounc
 
     Raises: UsageError that names the setting, the value and what is allowed.
     """
-    given = dict(zip(OVERRIDES, (mode, width, height, samples, nbounces), strict=True))
     top, camera = schema.Scene.keys, schema.Camera.keys
-    kinds = {"mode": top["rendermode"], "width": camera["width"], "height": camera["height"]}
-    kinds |= {"samples": top["samples"], "nbounces": top["nbounces"]}
+    given = {"mode": (mode, top["rendermode"]), "width": (width, camera["width"]), "height": (height, camera["height"]),
+             "samples": (samples, top["samples"]), "nbounces": (nbounces, top["nbounces"])}
     checked, complaints = {}, []
-    for name, value in given.items():
+    for name, (value, key) in given.items():
         if value is not None:
             findings = []
-            checked[name] = kinds[name].kind.read(value, None, findings)
+            checked[name] = key.kind.read(value, None, findings)
             complaints += [f"{name}: {message_of(finding, None)}" for finding in findings]
     if complaints:
         raise UsageError("\n".join(complaints))
@@ -121,7 +119,7 @@ def _described(source, document, mode):
         return description, findings
     from renderer.scene import aliases
 
-    notes = aliases.translate(document, source.moved)
+    notes = aliases.translate(document, source)
     if mode is not None:
         notes += aliases.replaced_mode(own_mode, mode)
     findings = []

@@ -62,13 +62,10 @@ class Conductor(Node):
 
 
 @node
-class RoughConductor(Node):
+class RoughConductor(Conductor):
     """A rough metal: a microfacet surface of `conductor`."""
 
     type: str = kind("roughconductor")
-    eta: tuple = key(INDEX, "real part of the index of refraction", default=(0.200, 0.924, 1.102))
-    k: tuple = key(INDEX, "imaginary part", default=(3.912, 2.452, 2.142))
-    reflectance: object = key(TEXTURABLE_REFLECTANCE, "factor of what is reflected", default=WHITE)
     alpha: object = alpha()
     distribution: str = distribution()
 
@@ -84,13 +81,10 @@ class Dielectric(Node):
 
 
 @node
-class RoughDielectric(Node):
+class RoughDielectric(Dielectric):
     """Rough glass: a microfacet surface of `dielectric`, without light that is scattered twice on it."""
 
     type: str = kind("roughdielectric")
-    ior: float = index()
-    reflectance: tuple = key(REFLECTANCE, "factor of what is reflected", default=WHITE)
-    transmittance: tuple = key(REFLECTANCE, "factor of what is refracted", default=WHITE)
     alpha: object = alpha()
     distribution: str = distribution()
 

@@ -154,10 +154,10 @@ def _alias_table():
 def _left_out_table():
     rows = [("camera", "`aperture` in other places", ANY_APERTURE), ("light `arealight`", "`size` alone", SIZE_ALONE),
             ("material", "any other `brdfType`", NO_BRDF)]
-    for where, words in [*aliases.UNRENDERED.items()]:
+    for where, words in aliases.UNRENDERED.items():
         rows += [(where, _coded(names), why) for why, names in _by_reason(words).items()]
-    for where, words in (("light", aliases.LIGHTS_LEFT_OUT), ("shape", aliases.SHAPES_LEFT_OUT)):
-        rows += [(where, f"type {_coded(names)}", f"left out: {why}") for why, names in _by_reason(words).items()]
+    left_out = _by_reason(aliases.SHAPES_LEFT_OUT)
+    rows += [("shape", f"type {_coded(names)}", f"left out: {why}") for why, names in left_out.items()]
     head = "These are recognised, but not rendered; the rest of the scene is (with `--strict`, they are mistakes):\n\n"
     return head + _table(("where", "spelling", "what happens"), rows)
 
