@@ -19,7 +19,7 @@ HEAT = ((0, 0, 0), (80, 25, 140), (205, 45, 90), (250, 150, 35), (255, 255, 190)
 
 
 def fitting_gain(counts):
-    """Return the largest of GAINS at which few pixels are clipped; `counts` are pixels by their difference in levels."""
+    """Return the largest of GAINS that clips few pixels; `counts` are pixels by their difference in levels."""
     total = counts.sum()
     fitting = [gain for gain in GAINS if counts[np.arange(counts.size) * gain > WHITE].sum() <= CLIPPED * total]
     return max(fitting, default=GAINS[0])

@@ -74,8 +74,8 @@ class Bvh:
     def step(self, walk, words, slabs, t, index, leaf, active, any_hit, jump=False):
         """Return the walk one record further, the closest hit so far, and which lanes are not yet done.
 
-        `words` are those that `fetch` returned. Lanes with `any_hit` are done as soon as something closer than their t was met. `jump` is for coherent rays:
-        leaf tests are jumped over where no lane of a packet is at a leaf.
+        `words` are those that `fetch` returned. Lanes with `any_hit` are done as soon as something closer than their t
+        was met. `jump` is for coherent rays: leaf tests are jumped over where no lane of a packet is at a leaf.
         """
         walk, goes_on, here = self._follow(walk, words, _entries(words, slabs, t), active)
 

@@ -24,7 +24,7 @@ HIGH_HALF = 0xFFFF0000
 
 
 def closest(t, index, where, met, distance, primitive):
-    """Return the closer of a hit so far and one just found `where` and if `met`, and whether that is the one just found.
+    """Return the closer of a hit so far and one just found, `where` and if `met`, and whether that is the latter.
 
     Ties go to the lower index, so that the hit does not depend on the structure, nor on its order. NaN is never closer.
     """

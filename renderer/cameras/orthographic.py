@@ -1,7 +1,7 @@
 """Orthographic camera: parallel rays, as in a plan. What is far away is as large as what is near.
 
-Rays start on the plane through `position` and across the view; what is behind it is not seen. The picture is `viewHeight`
-high; absent, as high as what `fov` shows at the distance of lookAt.
+Rays start on the plane through `position` and across the view; what is behind it is not seen. The picture is
+`viewHeight` high; absent, as high as what `fov` shows at the distance of lookAt.
 """
 
 import drjit as dr

@@ -78,5 +78,5 @@ def from_host(kind, host):
 
 
 def host_bytes(array):
-    """Return the raw bytes of an evaluated one-dimensional array, without a detour over numpy where memory is shared."""
+    """Return the raw bytes of an evaluated flat array, without a detour over numpy where memory is shared."""
     return bytes(array.memview()) if NAME == "llvm" else array.numpy().tobytes()

@@ -20,7 +20,7 @@ def reinhard(x):
 
 
 def filmic(x):
-    """Return a film-like curve with toe and shoulder: a rational fit of the ACES reference transform [Narkowicz2016]."""
+    """Return a film-like curve with toe and shoulder: a fit of the ACES reference transform [Narkowicz2016]."""
     return x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
 
 

@@ -23,6 +23,7 @@ from renderer.samplers.base import LENS, PIXEL
 from renderer.scene.schema import MAX_SAMPLES
 
 PASS_SECONDS = 0.5  # aim for the length of a pass: often enough for progress and Ctrl-C
+LEAST_SECONDS = 1e-9  # for a clock that has not moved on
 PART_PIXELS = 2**18 if NAME == "llvm" else 2**22  # of a part: work for two hundred threads, or for a GPU
 LEAST_IN_PASS = 16  # samples a pixel, even if it takes longer: with fewer, waiting lanes cost more than a tenth
 LONGEST_GROWTH = 64  # a round is at most this many times the one before
@@ -180,7 +181,7 @@ def _parts(view, until, variance):
 
 def _step(until, done, error, seconds, parts, elapsed):
     """Return the samples a pixel of the next round, 0 for none; the last took `seconds` a sample, over all parts."""
-    seconds = max(seconds, 1e-9)
+    seconds = max(seconds, LEAST_SECONDS)
     step = max(LEAST_IN_PASS, int(PASS_SECONDS * parts / seconds))
     if error is not None:
         if error <= until.error:

@@ -15,7 +15,7 @@ from renderer.core.tones import NEUTRAL_EXPOSURE
 from renderer.engine import tonemap as tonemapping
 from renderer.engine.filters import FILTERS
 from renderer.engine.loop import pixel_corner
-from renderer.engine.passes import Lost, Until, View, find_lost, refine
+from renderer.engine.passes import LEAST_SECONDS, Lost, Until, View, find_lost, refine
 from renderer.integrators import first_hit, integrator_of
 from renderer.samplers import KINDS as SAMPLERS
 from renderer.scene.arrange import AUTO
@@ -51,7 +51,7 @@ class Rendering:
     @property
     def samples_per_second(self):
         """Samples of all pixels together over the time spent rendering."""
-        return self.width * self.height * self.samples / max(self.timings.render, 1e-9)
+        return self.width * self.height * self.samples / max(self.timings.render, LEAST_SECONDS)
 
     def with_colour(self, colour):
         """Return the rendering with another picture: a (height, width, 3) float32 array of linear radiance."""

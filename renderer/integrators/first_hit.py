@@ -12,7 +12,7 @@ PALETTE_STEP = (0.61803399, 0.75487767, 0.5698403)  # fractions of plastic and g
 
 
 def channels(mode, scene, ray, hit):
-    """Return {EXR channel name: lanes} of a debug mode at the rays' closest hits, and its picture as a colour in [0, 1].
+    """Return {EXR channel name: lanes} of a debug mode at the rays' closest hits, and its picture, a colour in [0, 1].
 
     Where nothing is hit the picture is black, depth is FAR, the shape NO_SHAPE and everything else 0.
     """

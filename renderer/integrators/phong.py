@@ -156,7 +156,7 @@ class Phong:
         return Segment(ray.o, ray.d, ray.left_index, inwards, now.weight * share, now.depth + 1)
 
     def _branch(self, tree, mirrored, through, onward):
-        """Return whether each lane goes on, and its tree: one child is followed, its sibling waits, or a waiting one is taken."""
+        """Return whether lanes go on, and the tree: at hand is a child, whose sibling waits, or one that waited."""
         goes_back, goes_through = onward & (mirrored.weight > 0), onward & (through.weight > 0)
         both = goes_back & goes_through
         tree.waiting.write(mirrored, lesser(tree.waiting_count, UInt32(STACK_TOP)), both)

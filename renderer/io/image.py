@@ -108,8 +108,8 @@ def read_texture(path, otherwise="not a PPM, PNG or JPEG image"):
 def read_picture(path):
     """Return (pixels, header) of an EXR, HDR, PNG, JPEG or PPM, whatever its name.
 
-    Pixels are (height, width, 3), rows from the top: float32 of an EXR or HDR, which hold radiance, uint8 of the others.
-    Of an EXR the channels R, G, B, or Y, of the first part count, and `header` is the text in it; else it is empty.
+    Pixels are (height, width, 3), rows from the top: float32 of an EXR or HDR, which hold radiance, uint8 of others. Of
+    an EXR the channels R, G, B, or Y, of the first part count, and `header` is the text in it; else it is empty.
 
     Raises: SceneError with the path and the reason: missing, of another format, damaged, enormous.
     """

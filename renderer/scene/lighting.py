@@ -44,7 +44,9 @@ class Lighting:
 
     @classmethod
     def of(cls, loaded, shapes, triangles, emitters):
-        """Return the Lighting of a LoadedScene, its shapes [(index in the file, shape)] in the compiled order and those that shine in `emitters`.
+        """Return the Lighting of a LoadedScene.
+
+        `shapes` are [(index in the file, shape)] in the compiled order, `emitters` those that shine.
 
         Raises SceneError if the image of an environment cannot be read.
         """

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import drjit as dr
 
+from renderer.accel.watertight import Axes, barycentric
 from renderer.core.backend import ArrayXf, ArrayXu, Float, UInt32, Vector2f, Vector3f
 from renderer.core.numeric import EPSILON, TINY, greater, largest
 from renderer.core.records import Surface
-from renderer.accel.watertight import Axes, barycentric
 from renderer.shapes.base import derivatives
 
 CORNER_WORDS = 4
@@ -102,7 +102,8 @@ class Triangles:
             smooth = mean([Vector3f(vertex[4], vertex[5], vertex[6]) for vertex in words])
             length = dr.squared_norm(smooth)
             found.n_smooth = dr.select(length > TINY, smooth * dr.rsqrt(greater(length, Float(TINY))), n_geo)
-        uv = [Vector2f(vertex[3], vertex[7]) for vertex in words] if with_uv | with_tangents and not self.plain else None
+        asked = with_uv or with_tangents
+        uv = [Vector2f(vertex[3], vertex[7]) for vertex in words] if asked and not self.plain else None
         if with_uv:
             found.uv = mean(uv) if uv else Vector2f(b1, b2)
         if with_tangents:
