@@ -11,7 +11,7 @@ from renderer.scene.loader import load, override
 from tools import testsuite
 from tools.report import pairs, results
 
-SCENES = "lanterns", "morning", "nautilus", "poster"
+SCENES = "lanterns", "morning", "nautilus", "poster", "reflections"
 FEW, MORE = 2, 8  # samples: what the difference takes is that of a sample, once kernels are there
 
 
