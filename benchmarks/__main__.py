@@ -103,6 +103,7 @@ def _effort(options):
 
 
 def _parser():
+    """Return the parser of the command line."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks", allow_abbrev=False,
         description="Measure speed and memory. A full run (none of the arguments) writes "

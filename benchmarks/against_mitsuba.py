@@ -135,6 +135,7 @@ class Theirs:
 
     @staticmethod
     def _rays(rays):
+        """Return arrays of the host as Mitsuba's rays."""
         return mi.Ray3f(vectors(mi.Point3f, mi.Float, rays.o), vectors(mi.Vector3f, mi.Float, rays.d))
 
     def closest(self, coherent):

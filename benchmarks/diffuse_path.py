@@ -81,6 +81,7 @@ class DiffusePath:
         self._restart(path, first < stop)
 
         def advance(path):
+            """Take some steps through the hierarchy, then shade the lanes whose ray is done."""
             ray = Ray(path.o, path.d, path.left, Bool(False))
             slabs, leaf = self._bvh.slabs(ray), self._geometry.leaf_test(ray)
             running = path.pixel < stop

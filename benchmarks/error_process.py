@@ -63,6 +63,7 @@ class Process:
         return self._ask()["peak"]
 
     def _ask(self, **question):
+        """Return the worker's answer to a question."""
         try:
             print(json.dumps(question), file=self._process.stdin, flush=True)
         except BrokenPipeError:
@@ -70,6 +71,7 @@ class Process:
         return self._answer()
 
     def _answer(self):
+        """Return what the worker says next; raises BenchmarkError with its last words if it has ended."""
         line = self._process.stdout.readline()
         if not line:
             status = self._process.wait()

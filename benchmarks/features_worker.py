@@ -63,7 +63,7 @@ class Theirs:
     def __init__(self, document, folder):
         from converters.mitsuba import to_dict
 
-        self._scenes = {}
+        self._scenes, self._pixels = {}, document["camera"]["width"] * document["camera"]["height"]
         for small in (False, True):
             size = {"width": SMALL, "height": SMALL} if small else {}
             made = document | {"camera": document["camera"] | size}
@@ -74,7 +74,6 @@ class Theirs:
 
             tree["sensor"]["sampler"] = {"type": "independent", "sample_count": self._samples}
             self._scenes[small] = mi.load_dict(tree)
-            self._pixels = made["camera"]["width"] * made["camera"]["height"] if not small else self._pixels
 
     def render(self, small=False):
         """Render all samples; return how many those of the large picture are."""

@@ -102,6 +102,7 @@ def _trace(geometry, host, coherent):
     ray = Ray(vectors(Vector3f, Float, host.o), vectors(Vector3f, Float, host.d))
 
     def trace():
+        """Return the closest hits, once they are there."""
         hit = queries.closest(geometry, ray, coherent)
         done(hit.t, hit.index)
         return hit
@@ -128,5 +129,6 @@ def _once(actions):
 
 
 def _often(action, calls):
+    """Call an action so many times."""
     for _ in range(calls):
         action()

@@ -12,6 +12,7 @@ import copy
 
 import numpy as np
 
+from benchmarks.path_scenes import write_radiance
 from renderer.io import mesh_ply
 from renderer.scene.schema import PATHTRACER, World
 
@@ -177,11 +178,8 @@ def _glowing(place):
 
 def _surroundings(folder, colour):
     """Return an environment of one colour."""
-    import OpenEXR
-
-    pixels = np.broadcast_to(np.maximum(np.float32(colour), np.float32(WEAK)), (TEXELS, 2 * TEXELS, 3)).copy()
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    OpenEXR.File(header, {"RGB": pixels}).write(str(folder / "surroundings.exr"))
+    pixels = np.broadcast_to(np.maximum(np.float32(colour), np.float32(WEAK)), (TEXELS, 2 * TEXELS, 3))
+    write_radiance(folder / "surroundings.exr", pixels)
     return {"type": "environment", "filename": "surroundings.exr"}
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from benchmarks.measure import ROOT
 from benchmarks.mesh_scenes import bumpy
 from renderer.io import mesh_ply
+from renderer.io.image import write_exr
 
 GREY, RED, GREEN = (
     {"bsdf": {"type": "diffuse", "reflectance": colour}} for colour in ([0.7] * 3, [0.6, 0.1, 0.1], [0.1, 0.5, 0.15])
@@ -113,11 +114,13 @@ def lamp(position, side, radiance):
 
 def write_sky(path, width=512, height=256):
     """Write an environment image: a gradient over a dark ground, and a sun of a few texels."""
-    import OpenEXR
-
     elevation = np.cos(np.linspace(0, math.pi, height))[:, None, None]
     sky = np.where(elevation > 0, 0.4 + 0.5 * elevation * [0.4, 0.7, 1.0], [0.15, 0.12, 0.1])
     image = np.broadcast_to(sky, (height, width, 3)).astype(np.float32).copy()
     image[60:66, 350:356] = [900.0, 800.0, 600.0]
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    OpenEXR.File(header, {"RGB": image}).write(str(path))
+    write_radiance(path, image)
+
+
+def write_radiance(path, image):
+    """Write an (H, W, 3) float32 image as an EXR file."""
+    write_exr(path, {name: np.ascontiguousarray(image[..., k]) for k, name in enumerate("RGB")}, {})

@@ -22,7 +22,7 @@ def main(path, size, picture):
         now = time.monotonic()
         stages[stage], clock = now - clock, now
 
-    from renderer import cli, options
+    from renderer import cli, options  # noqa: F401 (the command imports it, so its time counts)
     from renderer.io import outputs
     from renderer.scene import loader
 

@@ -73,6 +73,7 @@ def _structures(effort):
 
 
 def _trace(geometry, ray, coherent):
+    """Trace closest hits and wait for them."""
     hit = queries.closest(geometry, ray, coherent)
     done(hit.t, hit.index)
 
@@ -113,6 +114,7 @@ def _cloud():
 
 
 def _compiled(loaded, accel):
+    """Return a scene compiled with a structure, once it is there."""
     scene = compile_scene(loaded, accel)
     dr.sync_thread()
     return scene

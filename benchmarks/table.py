@@ -14,7 +14,7 @@ from benchmarks.measure import ROOT
 from benchmarks.targets import Figure, number, quantity, verdict
 
 RESULTS, TABLES = ROOT / "benchmarks" / "results.json", ROOT / "benchmarks" / "results.md"
-DOCUMENTS = tuple(ROOT / "docs" / f"{name}.md" for name in ("speed", "acceleration", "pathtracing")) + (ROOT / "README.md",)
+DOCUMENTS = (*(ROOT / "docs" / f"{name}.md" for name in ("speed", "acceleration", "pathtracing")), ROOT / "README.md")
 QUIET_LOAD = 0.5  # processes that ran beside the measurement, above which the tables come with a warning
 POWERS_OF_TEN = ("MSE", "relative MSE", "efficiency", "error")  # columns of very small or large numbers
 BLOCK = re.compile(r"(<!-- results: ([\w. ]+) -->\n).*?(<!-- end of results -->)", re.DOTALL)

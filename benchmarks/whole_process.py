@@ -57,6 +57,7 @@ class _Runs:
             self._cold.append(self._run(1, cache))
 
     def _run(self, samples, cache):
+        """Return the Finished run of the command."""
         arguments = command(self._name, self._effort, samples, self._folder / "picture.ppm")
         return run_process(*arguments, DRJIT_CACHE_DIR=cache)
 
