@@ -34,6 +34,9 @@ exit status: 0 done, 1 something is worse than its limit or could not be written
 class Parser(argparse.ArgumentParser):
     """A parser whose complaints are exceptions like all other bad input."""
 
+    def __init__(self, **settings):
+        super().__init__(allow_abbrev=False, formatter_class=_help_formatter, **settings)
+
     def error(self, message):
         raise UsageError(f"{message} (see: {self.prog} --help)")
 
@@ -42,17 +45,28 @@ class Parser(argparse.ArgumentParser):
         print_out(message)
 
 
+def _help_formatter(prog):
+    """Return argparse's formatter of help, with a column for options that all but the longest fit into."""
+    return argparse.RawDescriptionHelpFormatter(prog, max_help_position=26)
+
+
 def build_parser():
     """Return the parser of everything but the commands."""
     from renderer.scene import schema
 
     parser = Parser(
-        prog="python -m renderer", allow_abbrev=False, epilog=EPILOG,
+        prog="python -m renderer", epilog=EPILOG,
         description="Render a JSON scene to a picture. Options take precedence over what the scene file says.",
-        formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, max_help_position=26),
     )
     parser.add_argument("scene", metavar="SCENE", help="scene file (JSON)")
-    add = parser.add_argument_group("what is rendered").add_argument
+    _add_contents(parser.add_argument_group("what is rendered").add_argument, schema)
+    _add_outputs(parser.add_argument_group("where the picture goes").add_argument, schema)
+    _add_means(parser.add_argument_group("how it is computed").add_argument)
+    return parser
+
+
+def _add_contents(add, schema):
+    """Declare the options that decide what a picture shows."""
     add("--mode", choices=schema.RENDER_MODES, metavar="MODE", help=" | ".join(schema.RENDER_MODES))
     add("--samples", type=_integer(1, schema.MAX_SAMPLES), metavar="N", help="rays a pixel")
     add("--size", type=_size, metavar="WxH", help="width and height in pixels, e.g. 1200x800")
@@ -69,7 +83,9 @@ def build_parser():
         "and write nothing")
     add("--sample", type=_integer(0, schema.MAX_SAMPLES - 1), metavar="N", help="which one with --pixel (default 0)")
 
-    add = parser.add_argument_group("where the picture goes").add_argument
+
+def _add_outputs(add, schema):
+    """Declare the options of files, and of how radiance is shown in them."""
     add("-o", "--output", action="append", metavar="FILE",
         help=".ppm, .png or .exr (linear radiance); repeat it for several files from one render; '-' writes a PPM to "
         "standard output (default: the scene's name with .ppm, in the current folder)")
@@ -80,14 +96,15 @@ def build_parser():
         f"{schema.PATHTRACER}, else linear)")
     add("--denoise", action="store_true", help="take noise out of the picture (needs the package in requirements/denoise.txt)")
 
-    add = parser.add_argument_group("how it is computed").add_argument
+
+def _add_means(add):
+    """Declare the options of backend, structure and threads, and of what is printed."""
     add("--backend", choices=BACKENDS, metavar="NAME", help=" | ".join(BACKENDS) + " (default: what works here)")
     add("--accel", choices=ACCELS, default="auto", metavar="NAME",
         help=" | ".join(ACCELS) + ": how rays find shapes (default auto: bvh for meshes and many shapes)")
     add("--threads", type=_integer(1, MAX_THREADS), metavar="N", help="threads of the CPU (default: all)")
     add("-q", "--quiet", action="store_true", help="print nothing but warnings and errors")
     add("--version", action="version", version=f"renderer {__version__}")
-    return parser
 
 
 def parse(arguments):
@@ -106,9 +123,8 @@ def build_comparison_parser():
     from renderer.scene import schema
 
     parser = Parser(
-        prog="python -m renderer compare", allow_abbrev=False, epilog=COMPARISON_EPILOG,
+        prog="python -m renderer compare", epilog=COMPARISON_EPILOG,
         description="Tell how far a picture is from a reference of one size with it: PPM, PNG, JPEG, EXR, HDR.",
-        formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, max_help_position=26),
     )
     add = parser.add_argument
     add("picture", metavar="PICTURE", help="what is judged")
