@@ -94,7 +94,8 @@ def _add_outputs(add, schema):
     add("--encoding", choices=ENCODINGS, metavar="NAME",
         help=" | ".join(ENCODINGS) + ": 8-bit values proportional to light, or the sRGB curve (default: srgb in mode "
         f"{schema.PATHTRACER}, else linear)")
-    add("--denoise", action="store_true", help="take noise out of the picture (needs the package in requirements/denoise.txt)")
+    add("--denoise", action="store_true",
+        help="take noise out of the picture (needs the package in requirements/denoise.txt)")
 
 
 def _add_means(add):

@@ -57,7 +57,7 @@ def nearest(name, known):
 
 
 def nearest_file(path):
-    """Return ", did you mean '...'?" for the file beside `path`, of the same kind, whose name resembles its name most."""
+    """Return ", did you mean '...'?" for the file beside `path`, of its kind, whose name resembles its name most."""
     folder, name = os.path.split(path)
     try:
         beside = os.listdir(folder or ".")

@@ -36,7 +36,8 @@ class Source:
         for finding, path in zip(findings, paths, strict=True):
             place, token = self._nearest_place(finding, path, found)
             line, column = self.line_and_column(place) if place is not None else (0, 0)
-            told.append(Problem(self.name, message_of(finding, token), key_path(path), line, column, finding.severity == NOTE))
+            message, is_note = message_of(finding, token), finding.severity == NOTE
+            told.append(Problem(self.name, message, key_path(path), line, column, is_note))
         order = sorted(range(len(told)), key=lambda index: (told[index].line, told[index].column))
         return tuple(told[index] for index in order)
 
@@ -180,7 +181,8 @@ SYNTAX = {
 }
 
 
-NOT_IN_JSON = {"'": "JSON has double quotes only"} | dict.fromkeys("TFN", "JSON writes true, false and null in lower case")
+NOT_IN_JSON = {"'": "JSON has double quotes only"}
+NOT_IN_JSON |= dict.fromkeys("TFN", "JSON writes true, false and null in lower case")
 
 
 def _plainly(error, text):
