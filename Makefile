@@ -24,12 +24,12 @@ setup: require-python
 	@$(PYTHON) tools/setup.py run
 
 run: setup
-	@mkdir -p $(dir $(OUT))
-	@$(VENV_PYTHON) -m renderer $(SCENE) -o $(OUT) $(ARGS)
+	@mkdir -p "$$(dirname "$(OUT)")"
+	@$(VENV_PYTHON) -m renderer "$(SCENE)" -o "$(OUT)" $(ARGS)
 	@echo "The picture is in $(OUT)"
 
-compare: setup-compare
-	@$(VENV_PYTHON) -m renderer compare $(A) $(B) $(ARGS)
+compare: require-pictures setup-compare
+	@$(VENV_PYTHON) -m renderer compare "$(A)" "$(B)" $(ARGS)
 
 test: setup-test
 	@$(VENV_PYTHON) -m pytest $(ARGS)
@@ -57,7 +57,7 @@ clean: # set-up never deletes an environment that the user made, and pictures ca
 	@if [ -e .venv/setup/made-here ] || [ ! -e .venv ]; then echo rm -rf .venv; rm -rf .venv; \
 	else echo ".venv was not made by make and stays; delete it yourself"; fi
 
-.PHONY: setup-test setup-bench setup-report setup-compare require-python
+.PHONY: setup-test setup-bench setup-report setup-compare require-python require-pictures
 setup-test: require-python
 	@$(PYTHON) tools/setup.py run test
 
@@ -69,6 +69,9 @@ setup-report: require-python
 
 setup-compare: require-python
 	@$(PYTHON) tools/setup.py run compare
+
+require-pictures:
+	@test -n "$(A)" && test -n "$(B)" || { echo "two pictures are needed: make compare A=mine.ppm B=scene.exr" >&2; exit 2; }
 
 require-python:
 	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) was not found; Python 3.11 or newer is needed" >&2; exit 1; }

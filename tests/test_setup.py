@@ -242,6 +242,21 @@ def test_makefile_has_the_target(target):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.parametrize("given", [[], ["A=one.ppm"], ["B=one.ppm"]])
+def test_comparison_of_no_two_pictures_installs_nothing(given):
+    """`make compare` says what it needs before it sets anything up."""
+    done = subprocess.run(["make", "compare", "PYTHON=/nonexistent", *given], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 2 and "make compare A=mine.ppm B=scene.exr" in done.stderr
+    assert "/nonexistent" not in done.stderr
+
+
+def test_names_with_blanks_reach_the_renderer_whole():
+    """A scene and a picture whose names are of two words."""
+    done = subprocess.run(["make", "-n", "run", "SCENE=my scene.json", "OUT=my out/x.png"],
+                          cwd=ROOT, capture_output=True, text=True)
+    assert '"my scene.json" -o "my out/x.png"' in done.stdout and "mkdir -p my" not in done.stdout
+
+
 @pytest.mark.slow
 def test_wheel_computes(tmp_path):
     """The wheel's library works in an environment of its own, on a machine told to ignore its own libraries."""
