@@ -8,6 +8,7 @@ of our own. Everything takes some minutes; names of groups after the folder (see
 from __future__ import annotations
 
 import argparse
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +40,7 @@ SHEET_SAMPLES = 128  # a pixel of path-traced pictures on a sheet
 SHEET_SIZE = 240, 160  # pixels of these pictures
 BLOCK = 8  # pixels along the sides of the squares whose means are compared, as noise decides about single pixels
 NOISY_SAMPLES = 16  # a pixel of the picture that is denoised
+COMPARED = "450x300"  # pixels of pictures that are compared
 QUALITY = 90  # of JPEG files: noise would make a PNG file ten times as large
 
 
@@ -234,8 +236,21 @@ def features(folder):
     save(sheet(paths, 2, blocks), folder / "paths.jpg")
 
 
+def compared(folder):
+    """Write what `compare` shows of a picture without mirrors beside the right one."""
+    from renderer import cli
+
+    scene, path = str(ROOT / "scenes" / "scene.json"), folder / "compared.png"
+    with tempfile.TemporaryDirectory() as work:
+        pictures = [f"{work}/{name}.ppm" for name in ("wrong", "right")]
+        for picture, options in zip(pictures, (["--bounces", "0"], [])):
+            cli.main([scene, "--quiet", "--size", COMPARED, *options, "-o", picture])
+        cli.main(["compare", *pictures, "--encoding", "linear", "-o", str(path)])
+    print(path)
+
+
 GROUPS = {"coursework": coursework, "features": features, "antialiased": antialiased, "phong": phong,
-          "path_traced": path_traced, "own": own}
+          "path_traced": path_traced, "own": own, "compared": compared}
 
 
 def main(arguments=None):

@@ -64,6 +64,16 @@ def test_pictures_stand_side_by_side():
     assert (page[:, :6] == 0).all() and (page[:, 9:] == 128).all() and page.shape == (4, 15, 3)
 
 
+def test_comparison_shows_where_mirrors_are_missing(tmp_path):
+    """Wrong picture, right one, and their difference: nothing in the background, much in the mirror's ball."""
+    testsuite.compared(tmp_path)
+    page = np.asarray(Image.open(tmp_path / "compared.png"))
+    width, height = map(int, testsuite.COMPARED.split("x"))
+    wrong, right, difference = page[:, :width], page[:, width + 4 : 2 * width + 4], page[:, -width:]
+    assert page.shape == (height, 3 * width + 8, 3) and (wrong[:40] == right[:40])[:, :200].all()
+    assert not difference[:40, :200].any() and difference[200, 300].max() > 200
+
+
 def test_unknown_group_is_refused(tmp_path):
     """A misspelt name renders nothing."""
     with pytest.raises(SystemExit):
