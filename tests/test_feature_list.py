@@ -91,7 +91,8 @@ SOUND = {"status": DEMONSTRATED, "picture": "TestSuite/simple_phong.ppm", "scene
 @pytest.mark.parametrize("spoilt", [
     {"status": "done"}, {"picture": "TestSuite/nothing.ppm"}, {"scene": "scenes/nothing.json"},
     {"test": "tests/io/test_image.py::test_nothing"}, {"test": "tests/oracle/test_paths_bsdfs.py::test_bsdf[nothing]"},
-    {"test": "tests/oracle/test_paths_scenes.py::test_scene[bounces_77]"}, {"test": "tests/nothing.py::test_nothing"}, {"status": MISSING},
+    {"test": "tests/oracle/test_paths_scenes.py::test_scene[bounces_77]"}, {"test": "tests/nothing.py::test_nothing"},
+    {"status": MISSING},
 ])  # fmt: skip
 def test_a_false_entry_is_found(spoilt, root):
     """The check has teeth."""

@@ -11,7 +11,8 @@ from renderer.integrators.phong import STACK_SIZE
 from tools import testsuite
 from tools.report import pairs
 from tools.report.results import (
-    ROOT, THIN, UNASKED, cost, digits, figure, hard_case, hard_share, machine, median, percent, picture_cost, row, seconds, table,
+    ROOT, THIN, UNASKED, cost, digits, figure, hard_case, hard_share, machine, median, percent, picture_cost, row,
+    seconds, table,
     unit, words,
 )  # fmt: skip
 
@@ -60,7 +61,8 @@ def make(folder: Path) -> dict:
 def teaser(folder):
     """Write the pictures of the title page, as `make testsuite` rendered them."""
     for name in TEASER:
-        Image.open(ROOT / "TestSuite" / f"{name}.png").convert("RGB").save(folder / f"{name}.jpg", quality=testsuite.QUALITY)
+        picture = Image.open(ROOT / "TestSuite" / f"{name}.png").convert("RGB")
+        picture.save(folder / f"{name}.jpg", quality=testsuite.QUALITY)
 
 
 def agreement_row(name, scene, mode, feature) -> list[str]:
@@ -68,10 +70,10 @@ def agreement_row(name, scene, mode, feature) -> list[str]:
     found = pairs.both(pairs.prepared(scene, mode))
     told = pairs.agreement("it", found.ours - found.theirs, found)
     if feature.startswith("tonemap"):  # is done once a picture
-        price = {"ns": picture_cost(f"basic.{feature}"), "ratio": UNASKED, "mitsuba_ratio": UNASKED}
+        price = {"ns": picture_cost(f"basic.{feature}"), "ratio": UNASKED}
     else:
         price = cost(f"basic.{feature}")
-    return [name, told["it_pixels"], told["it_greatest"].split(THIN)[0], price["ns"], price["ratio"], price["mitsuba_ratio"]]
+    return [name, told["it_pixels"], told["it_greatest"].split(THIN)[0], price["ns"], price["ratio"]]
 
 
 def headlines() -> dict[str, str]:

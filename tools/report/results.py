@@ -129,17 +129,16 @@ def _plain(text):
 def cost(feature: str) -> dict[str, str]:
     """Return what a feature costs: `ns` a sample, `times` the time without it, and `mitsuba`, the same of Mitsuba's.
 
-    `share` is the time as a share of that without; `ratio` and `mitsuba_ratio` have no unit.
+    `share` is the time as a share of that without; `ratio` has no unit.
 
     UNMEASURED stands where the benchmark has not been run yet.
     """
     if "features" not in results()["benchmarks"]:
-        return dict.fromkeys(("ns", "times", "mitsuba", "share", "ratio", "mitsuba_ratio"), UNMEASURED)
+        return dict.fromkeys(("ns", "times", "mitsuba", "share", "ratio"), UNMEASURED)
     found = row("features", "features", feature=feature)
     ours, theirs = median(found["time, x without"]), median(found["Mitsuba's, x without"])
     return {"ns": unit(median(found["cost (ns a sample)"]), "ns"), "times": times(ours), "share": percent(ours),
-            "ratio": digits(ours), "mitsuba": UNASKED if theirs is None else times(theirs),
-            "mitsuba_ratio": UNASKED if theirs is None else digits(theirs)}
+            "ratio": digits(ours), "mitsuba": UNASKED if theirs is None else times(theirs)}
 
 
 def picture_cost(feature: str) -> str:
