@@ -8,57 +8,19 @@ was made from, so that a test finds it out of date.
 from __future__ import annotations
 
 import hashlib
-import math
-from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.plots import FAINT, FOLDER, INK, OURS, SETTINGS, STYLES
+from tools.hard_cases import PAGE, HardCase, read
 
-ROOT = Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "stability.md"
 PLOT = FOLDER / "accuracy.svg"
-CELLS = 6  # of a row: case, unit, allowed, ours, naive, Mitsuba; errors are worst and mean
 SIDES = {"naive": ("the textbook's formula", "#8a8a8a", "v"), "mitsuba": ("Mitsuba", STYLES["llvm", False][0], "D"),
          "ours": ("ours", OURS[0], "o")}  # fmt: skip
 SHIFT = {"naive": -0.24, "ours": 0.0, "mitsuba": 0.24}  # of the dots of one side, in rows
 NONE, LEAST, MOST, WRONG = 2e-4, 1e-3, 1e8, 1e9  # places on the axis: no error, its ends, and infinite errors
 
 
-@dataclass(frozen=True)
-class Row:
-    """A hard case: its section, its name, the bound of its errors, and the worst error of each side."""
-
-    section: str
-    case: str
-    allowed: float
-    worst: dict[str, float]
-
-    def ratio(self, side: str) -> float:
-        """Return the worst error over the bound: infinite for an error where there may be none."""
-        worst = self.worst[side]
-        return worst / self.allowed if self.allowed else math.inf if worst else 0.0
-
-
-def rows(text: str) -> list[Row]:
-    """Return the cases of the page of numerical stability, in its order."""
-    found, section = [], ""
-    for line in text.splitlines():
-        if line.startswith("## "):
-            section = line.removeprefix("## ")
-        cells = [cell.strip() for cell in line.strip("| ").split(" | ")]
-        if len(cells) == CELLS and cells[0] not in ("case", "---"):
-            sides = zip(("ours", "naive", "mitsuba"), cells[3:], strict=True)
-            worst = {side: _number(cell.split(",")[0]) for side, cell in sides if cell != "-"}
-            found.append(Row(section, cells[0], float(cells[2]), worst))
-    return found
-
-
-def _number(text):
-    """Return an error as that page writes it."""
-    return math.inf if text == "infinite" else float(text)
-
-
-def digest(cases: list[Row]) -> str:
+def digest(cases: list[HardCase]) -> str:
     """Return a digest of what is drawn."""
     return hashlib.sha256(repr(cases).encode()).hexdigest()[:16]
 
@@ -68,7 +30,7 @@ def position(ratio: float) -> float:
     return WRONG if ratio > MOST else NONE if ratio < LEAST else ratio
 
 
-def figure(cases: list[Row]):
+def figure(cases: list[HardCase]):
     """Return the plot: a line for each section, a dot for each case and side."""
     from matplotlib.figure import Figure
 
@@ -76,8 +38,8 @@ def figure(cases: list[Row]):
     drawing = Figure(figsize=(8.2, 0.235 * len(sections) + 1.2), layout="constrained")
     axes = drawing.subplots()
     for side, (label, colour, marker) in SIDES.items():
-        there = [case for case in cases if side in case.worst]
-        axes.plot([position(case.ratio(side)) for case in there],
+        there = [case for case in cases if getattr(case, side) is not None]
+        axes.plot([position(case.strain(side)) for case in there],
                   [sections.index(case.section) + SHIFT[side] for case in there], linestyle="none", label=label,
                   marker=marker, markersize=4.5, color=colour, alpha=0.8, markeredgewidth=0)  # fmt: skip
     axes.axvspan(NONE / 3, 1, color="#fdf1e6", zorder=0)
@@ -105,7 +67,7 @@ def write(path: Path = PLOT) -> Path:
     """Write the plot and return its path; the same tables give the same bytes."""
     import matplotlib
 
-    cases = rows(PAGE.read_text(encoding="utf-8"))
+    cases = read(PAGE.read_text(encoding="utf-8"))
     with matplotlib.rc_context(SETTINGS):
         told = f"docs/stability.md, rows {digest(cases)}"
         figure(cases).savefig(path, metadata={"Date": None, "Creator": None, "Description": told})

@@ -18,7 +18,8 @@ import sys
 import time
 from pathlib import Path
 
-from tools.report.results import RESULTS, ROOT, STABILITY, UNMEASURED, machine
+from tools.hard_cases import PAGE
+from tools.report.results import RESULTS, ROOT, UNMEASURED, machine
 
 PARTS = ("basic", "intermediate", "older", "acceleration", "pathtracer", "architecture", "lanes", "error", "stability",
          "gallery", "limits")  # fmt: skip
@@ -71,7 +72,7 @@ def typeset(root: Path = ROOT, format: str = "pdf", density: float | None = None
 
 def digest(root: Path = ROOT) -> str:
     """Return a digest of the sources and of the measurements, which the report carries among its keywords."""
-    files = [*sorted((root / SOURCES).glob("*.typ")), root / SOURCES / "references.bib", RESULTS, STABILITY]
+    files = [*sorted((root / SOURCES).glob("*.typ")), root / SOURCES / "references.bib", RESULTS, PAGE]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 

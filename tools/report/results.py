@@ -7,9 +7,10 @@ import json
 import math
 from pathlib import Path
 
+from tools import hard_cases
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 RESULTS = ROOT / "benchmarks" / "results.json"
-STABILITY = ROOT / "docs" / "stability.md"
 UNMEASURED = "not measured yet"  # the maker of the report warns of it
 UNASKED = "\u2013"  # Mitsuba cannot do the same
 LEAST_PLAIN = 1e-4  # smaller numbers are written with a power of ten
@@ -106,24 +107,28 @@ def words(count: int) -> str:
     return names[count] if 0 <= count < len(names) else f"{count:,}"
 
 
-def hard_case(case: str) -> dict[str, tuple[str, str]]:
-    """Return {"ours", "naive", "Mitsuba": (worst, mean error)} of a hard case on the page of numerical stability."""
-    for line in STABILITY.read_text().splitlines():
-        cells = [cell.strip() for cell in line.strip("| ").split(" | ")]
-        if cells[0] == case and len(cells) == 6:
-            both = {name: cell.split(", ") for name, cell in zip(("ours", "naive", "Mitsuba"), cells[3:]) if cell != "-"}
-            return {name: tuple(_plain(text) for text in pair) for name, pair in both.items()}
-    raise KeyError(f"no hard case {case!r} in {STABILITY.name}")
+def hard_case(name: str) -> dict[str, tuple[str, str]]:
+    """Return {"ours", "naive", "mitsuba": (worst, mean error)} of a hard case, as text, of those that can be asked."""
+    sides = {side: getattr(_hard(name), side) for side in hard_cases.SIDES}
+    return {side: tuple(map(_plain, pair)) for side, pair in sides.items() if pair is not None}
 
 
-def hard_share(case: str, who: str) -> str:
-    """Return the mean of a hard case whose unit is a share, as per cent; `who` is "ours", "naive" or "Mitsuba"."""
-    return percent(float(hard_case(case)[who][1]))
+def hard_share(name: str, side: str) -> str:
+    """Return the mean of a hard case whose unit is a share, as per cent."""
+    return percent(getattr(_hard(name), side)[1])
 
 
-def _plain(text):
-    """Return a number of that page as the report writes it."""
-    return text if text == "infinite" else digits(float(text))
+def _hard(name):
+    """Return the hard case of a name; raises KeyError."""
+    for case in hard_cases.read(hard_cases.PAGE.read_text()):
+        if case.name == name:
+            return case
+    raise KeyError(f"no hard case {name!r} in {hard_cases.PAGE.name}")
+
+
+def _plain(number):
+    """Return an error as the report writes it."""
+    return "infinite" if math.isinf(number) else digits(number)
 
 
 def cost(feature: str) -> dict[str, str]:
