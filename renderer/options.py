@@ -67,7 +67,7 @@ def build_parser():
 
 def _add_contents(add, schema):
     """Declare the options that decide what a picture shows."""
-    add("--mode", choices=schema.RENDER_MODES, metavar="MODE", help=" | ".join(schema.RENDER_MODES))
+    add("--mode", type=_mode, choices=schema.RENDER_MODES, metavar="MODE", help=" | ".join(schema.RENDER_MODES))
     add("--samples", type=_integer(1, schema.MAX_SAMPLES), metavar="N", help="rays a pixel")
     add("--size", type=_size, metavar="WxH", help="width and height in pixels, e.g. 1200x800")
     add("--bounces", type=_integer(0, schema.MAX_BOUNCES), metavar="N", help="most reflections and refractions")
@@ -188,6 +188,13 @@ def _pixel(text):
     if not match:
         raise argparse.ArgumentTypeError(f"must look like 12,34, got '{text}'")
     return int(match[1]), int(match[2])
+
+
+def _mode(text):
+    """Return the mode that a name means, also in the spellings that scene files are understood in."""
+    from renderer.scene.aliases import understood_mode
+
+    return understood_mode(text)
 
 
 def _size(text):

@@ -93,10 +93,16 @@ def replaced_mode(own, mode):
     """Return a remark on the file's own render mode if that is no word we know, though `mode` replaces it."""
     if type(own) is not str:
         return [Finding((None, "rendermode"), "must be a word", own)]
-    if own in schema.RENDER_MODES or MODES.get(folded(own), folded(own)) in schema.RENDER_MODES:
+    if understood_mode(own) in schema.RENDER_MODES:
         return []
     message = f"unknown rendermode {quoted(own)}{nearest(own, schema.RENDER_MODES)}; rendered as {mode}, as asked"
     return [Finding((None, "rendermode"), message, severity=WARNING)]
+
+
+def understood_mode(name):
+    """Return the render mode that a spelling means, or the spelling itself where it means none."""
+    mode = MODES.get(folded(name), folded(name))
+    return mode if mode in schema.RENDER_MODES else name
 
 
 class _Translation(LightSpellings, MaterialSpellings, MeshSpellings):
@@ -158,7 +164,7 @@ class _Translation(LightSpellings, MaterialSpellings, MeshSpellings):
         mode = document.get("rendermode")
         if type(mode) is not str or mode in schema.RENDER_MODES:
             return
-        new = MODES.get(folded(mode), folded(mode))
+        new = understood_mode(mode)
         if new in schema.RENDER_MODES:
             self._note(("rendermode",), f"understood rendermode {quoted(mode)} as {new}", anchor="value")
             document["rendermode"] = new

@@ -52,6 +52,14 @@ def test_settings_replace_those_of_the_scene(scene, engine):
     assert (description.camera.width, description.camera.height) == (7, 5)
 
 
+@pytest.mark.parametrize(("name", "mode"), [("path", "pathtracer"), ("Path-Tracing", "pathtracer"), ("preview", "phong")])
+def test_mode_is_understood_as_in_scene_files(scene, engine, name, mode):
+    """Spellings of other programs; `phnog` is none."""
+    assert cli.main([scene, "--mode", name]) == 0
+    (loaded, _), = engine.calls
+    assert loaded.description.rendermode == mode
+
+
 def test_without_options_the_scene_decides(scene, engine):
     """Nothing is replaced by a default of the command line."""
     assert cli.main([scene]) == 0
