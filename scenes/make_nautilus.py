@@ -102,8 +102,8 @@ def scene():
     shapes = [
         {"type": "plane", "point": [0, 0, WALL], "normal": [0, 0, -1], "material": wall}, *shell(),
         {"type": "sphere", "center": at(-4), "radius": 0.60,
-         "material": {"bsdf": {"type": "principled", "basecolor": [0.86, 0.80, 0.70], "roughness": 0.3, "clearcoat": 0.5,
-                               "clearcoatgloss": 0.85}}},
+         "material": {"bsdf": {"type": "principled", "basecolor": [0.86, 0.80, 0.70], "roughness": 0.3,
+                               "clearcoat": 0.5, "clearcoatgloss": 0.85}}},
     ]
     lights = [
         {"type": "disklight", "position": [-7.5, 4.6, -7.5], "normal": [0.75, -0.45, 0.75], "radius": 0.26,

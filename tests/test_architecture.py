@@ -26,6 +26,7 @@ ALLOWED = {("renderer", "renderer.core.llvm")}  # chosen first of all: Dr.Jit ma
 FOR_CONVERTERS = ("renderer.scene.schema", "renderer.scene.materials", "renderer.scene.quantities",
                   "renderer.scene.transform", "renderer.scene.loader", "renderer.scene.loaded", "renderer.io",
                   "renderer.core.errors")
+LINE = 120  # characters
 MITSUBA_ROOMS = ("converters", "benchmarks", "tests")
 OUTSIDE = ("converters", "benchmarks", "tests", "tools")  # nothing of this is there where the renderer is installed
 
@@ -236,3 +237,10 @@ def test_broken_rule_is_noticed(module, source, told):
 def test_kept_rule_is_not_complained_about(module, source):
     """The rules allow what the design asks for."""
     assert complaints(module, source) == []
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_lines_fit(name):
+    """A line has 120 characters at most."""
+    lines = FILES[name].read_text(encoding="utf-8").splitlines()
+    assert not [number for number, line in enumerate(lines, start=1) if len(line) > LINE]

@@ -15,7 +15,7 @@ from renderer.scene.tables import compile_camera
 from tests.support.scenes import MATT, loaded
 
 RAYS = 2000
-VIEW = Camera(width=120, height=80, position=(1.0, 2.0, -5.0), lookAt=(0.3, 0.5, 1.0), upVector=(0.2, 1.0, 0.1), fov=50.0)
+VIEW = Camera(width=120, height=80, position=(1.0, 2.0, -5.0), lookAt=(0.3, 0.5, 1.0), upVector=(0.2, 1.0, 0.1), fov=50)
 LENS = dataclasses.replace(VIEW, type="thinlens", apertureRadius=0.3, focusDistance=4.0)
 PLAN = dataclasses.replace(VIEW, type="orthographic")
 VIEWS = {"pinhole": VIEW, "thinlens": LENS, "focused_on_lookAt": dataclasses.replace(LENS, focusDistance=None),

@@ -52,7 +52,7 @@ def test_settings_replace_those_of_the_scene(scene, engine):
     assert (description.camera.width, description.camera.height) == (7, 5)
 
 
-@pytest.mark.parametrize(("name", "mode"), [("path", "pathtracer"), ("Path-Tracing", "pathtracer"), ("preview", "phong")])
+@pytest.mark.parametrize("name, mode", [("path", "pathtracer"), ("Path-Tracing", "pathtracer"), ("preview", "phong")])
 def test_mode_is_understood_as_in_scene_files(scene, engine, name, mode):
     """Spellings of other programs; `phnog` is none."""
     assert cli.main([scene, "--mode", name]) == 0
@@ -400,7 +400,7 @@ def test_exr_tells_the_samples_that_were_rendered(scene, engine):
 
 @pytest.fixture
 def ctrl_c():
-    """Ctrl-C as a program has it that was started in the foreground: where tests run in the background it is ignored."""
+    """Ctrl-C as a program has it that was started in the foreground; one in the background would ignore it."""
     former = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, former)
@@ -426,12 +426,12 @@ def test_lost_samples_are_told_with_the_command_that_repeats_them(scene, engine,
         picture.lost = SimpleNamespace(count=3, examples=(("nan", 5, 2, 17), ("inf", 0, 1, 0)))
         return picture
 
-    engine.render = lossy
-    assert cli.main([scene, "-q", "--seed", "4", "--size", "8x6", "--samples", "20", "--bounces", "0"]) == 0
+    engine.render, repeated = lossy, "--seed 4 --size 8x6 --samples 20 --bounces 0"
+    assert cli.main([scene, "-q", *repeated.split()]) == 0
     assert capsys.readouterr().err.splitlines() == [
         "warning: 3 samples of the picture were NaN or infinite, and left out",
-        "warning: nan: python -m renderer small.json --pixel 5,2 --sample 17 --seed 4 --size 8x6 --samples 20 --bounces 0",
-        "warning: inf: python -m renderer small.json --pixel 0,1 --sample 0 --seed 4 --size 8x6 --samples 20 --bounces 0"]
+        f"warning: nan: python -m renderer small.json --pixel 5,2 --sample 17 {repeated}",
+        f"warning: inf: python -m renderer small.json --pixel 0,1 --sample 0 {repeated}"]
 
 
 def test_one_sample_is_printed(scene, capfd):
@@ -453,7 +453,8 @@ def test_denoiser_that_is_not_installed_is_told(scene, engine, capsys, monkeypat
     monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
     assert cli.main([scene, "--denoise"]) == 2
     said = capsys.readouterr().err
-    assert f"{sys.executable} -m pip install -r " in said and "requirements/denoise.txt" in said and len(said.splitlines()) == 1
+    assert f"{sys.executable} -m pip install -r " in said and "requirements/denoise.txt" in said
+    assert len(said.splitlines()) == 1
     assert engine.calls == [] and os.listdir(".") == [scene]
 
 

@@ -59,13 +59,13 @@ def test_every_header_key_is_told(scene, engine):
 
 def test_backends_are_those_of_the_engine(run_python):
     """The parser keeps a copy of the list, because asking for it would load Dr.Jit."""
-    code = "from renderer import options; from renderer.core import backend; print(backend.BACKENDS == options.BACKENDS)"
+    code = "from renderer import options as o; from renderer.core import backend as b; print(b.BACKENDS == o.BACKENDS)"
     assert run_python(code).stdout == "True\n"
 
 
 def test_structures_are_those_of_the_engine(run_python):
     """A copy for the same reason."""
-    code = "from renderer import options; from renderer.scene import arrange; print(arrange.STRUCTURES == options.ACCELS)"
+    code = "from renderer import options as o; from renderer.scene import arrange as a; print(a.STRUCTURES == o.ACCELS)"
     assert run_python(code).stdout == "True\n"
 
 

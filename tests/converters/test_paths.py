@@ -179,7 +179,8 @@ def test_focus_is_on_what_is_looked_at(tmp_path):
 
 
 @pytest.mark.parametrize(("mode", "samples", "kind"), [
-    ("phong", 1, "perspective"), ("phong", 16, "thinlens"), ("normals", 16, "perspective"), ("pathtracer", 1, "thinlens"),
+    ("phong", 1, "perspective"), ("phong", 16, "thinlens"), ("normals", 16, "perspective"),
+    ("pathtracer", 1, "thinlens"),
 ])
 def test_lens_is_exported_where_it_blurs(tmp_path, mode, samples, kind):
     """One ray a pixel goes through the middle of the lens, but in mode `pathtracer`; debug modes have no other."""

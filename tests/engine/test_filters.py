@@ -1,4 +1,4 @@
-"""Reconstruction filters: their formulas are Mitsuba's, their samples are distributed like them, edges come out right."""
+"""Reconstruction filters: their formulas are Mitsuba's, their samples are distributed like them, edges are right."""
 
 import math
 
@@ -38,7 +38,8 @@ def test_mitchell_changes_its_sign_where_the_code_says():
     """At 8 / 7, and nowhere else before its end."""
     root = filters.MITCHELL_ROOT
     assert filters.mitchell(root) == pytest.approx(0, abs=1e-12)
-    assert filters.mitchell(root - 1e-3) > 0 and all(filters.mitchell(x) < 0 for x in np.linspace(root + 1e-3, 1.99, 50))
+    assert filters.mitchell(root - 1e-3) > 0
+    assert all(filters.mitchell(x) < 0 for x in np.linspace(root + 1e-3, 1.99, 50))
 
 
 @every_filter
@@ -108,16 +109,17 @@ def test_edge_is_convolved_with_the_filter(tmp_path, name):
 
 @pytest.mark.parametrize("samples", [1, 2, 3, 4, 16])
 def test_signed_filter_keeps_what_is_even(tmp_path, samples):
-    """A wall all over the picture: a filter with negative weights neither brightens nor speckles it, from 8 samples on."""
+    """Of a wall all over the picture, from 8 samples on, negative weights neither brighten nor speckle any."""
     wall = {"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
-    scene = loaded(tmp_path, [wall], rendermode="binary", filter="mitchell", samples=samples, camera={"width": 64, "height": 64})
+    size = {"width": 64, "height": 64}
+    scene = loaded(tmp_path, [wall], rendermode="binary", filter="mitchell", samples=samples, camera=size)
     picture = render(scene).channels()["R"]
     assert np.abs(picture - 1).max() < (1e-6 if samples in (1, 16) else 2.01)
     assert np.median(np.abs(picture - 1)) < 1e-6
 
 
 def test_filters_differ_and_box_is_what_was(tmp_path):
-    """The scene's filter reaches the picture; one sample of a phong picture goes through the middle for each of them."""
+    """The scene's filter reaches the picture; one sample of a phong picture goes through the middle for each filter."""
     ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
     scenes = [loaded(tmp_path, [ball], filter=name, samples=4) for name in FILTERS]
     pictures = [render(scene).channels()["R"] for scene in scenes]

@@ -19,7 +19,8 @@ def lanes(array):
 def bundle(rng, count, spread):
     """Return origins and directions of rays in bundles of four that differ by `spread`, at a ball around the origin."""
     o = np.repeat(3 * unit(rng.normal(size=(-(-count // 4), 3))), 4, axis=0)[:count]
-    aim = rng.uniform(-1, 1, (count, 3)) * spread + np.repeat(rng.uniform(-1, 1, (-(-count // 4), 3)), 4, axis=0)[:count]
+    spot = rng.uniform(-1, 1, (count, 3)) * spread  # first, so that the numbers come in this order
+    aim = spot + np.repeat(rng.uniform(-1, 1, (-(-count // 4), 3)), 4, axis=0)[:count]
     return o + spread * rng.normal(size=(count, 3)), unit(aim - o)
 
 

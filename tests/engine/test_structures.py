@@ -26,7 +26,7 @@ MIRROR = MATT | {"isreflective": True, "reflectivity": 0.5}
 GLASS = MATT | {"isrefractive": True, "refractiveindex": 1.4, "reflectivity": 0.9}
 FLOOR = {"type": "plane", "point": [0, -1.6, 0], "normal": [0, 1, 0], "material": MATT}
 SOLIDS = ("sphere", "cylinder", "box", "convex")
-MODES = [mode for mode in RENDER_MODES if mode != PATHTRACER]  # that one takes another way: tests/integrators/test_path.py
+MODES = [mode for mode in RENDER_MODES if mode != PATHTRACER]  # its way is another: tests/integrators/test_path.py
 ROUNDING = 4e-6  # relative: 16 roundoffs of the coordinates, four times magnified by slanting triangles
 OUTLINES = 2e-4  # share of pixels whose rays pass an outline, or the edge of a shadow, within rounding
 

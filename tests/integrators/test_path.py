@@ -95,7 +95,8 @@ def test_point_light_falls_off():
 
 
 STRATEGIES = {
-    "lights alone": (lambda light, pdf_sa: Float(1), lambda path, pdf_sa: dr.select((path.pdf_sa > 0) & (pdf_sa > 0), 0, Float(1))),
+    "lights alone": (lambda light, pdf_sa: Float(1),
+                     lambda path, pdf_sa: dr.select((path.pdf_sa > 0) & (pdf_sa > 0), 0, Float(1))),
     "BSDFs alone": (lambda light, pdf_sa: dr.select(light.delta, Float(1), 0), lambda path, pdf_sa: Float(1)),
 }
 LAMP = {"type": "arealight", "position": [0.3, 1.6, 0.2], "u": [1.2, 0, 0], "v": [0, 0.1, 1.0], "intensity": [4, 3, 2]}
@@ -131,7 +132,8 @@ def test_a_lost_weight_is_noticed(monkeypatch):
 @pytest.mark.parametrize("nbounces", [1, 3])
 def test_both_drivers_give_the_same_picture(nbounces):
     """The way through a hierarchy finds what tests of all shapes find: the same samples, up to rounding."""
-    loaded = scene([*STILL, {"type": "box", "min": [0.3, -0.9, -0.2], "max": [0.9, -0.1, 0.5], "material": matt(0.4, 0.7, 0.4)}],
+    box = {"type": "box", "min": [0.3, -0.9, -0.2], "max": [0.9, -0.1, 0.5], "material": matt(0.4, 0.7, 0.4)}
+    loaded = scene([*STILL, box],
                    [LAMP, {"type": "pointlight", "position": [-1, 1, -1], "intensity": [1, 2, 1]}], nbounces=nbounces)
     one, other = picture(loaded, accel="none"), picture(loaded, accel="bvh")
     assert np.median(np.abs(one - other)) < 1e-6

@@ -150,9 +150,10 @@ def test_glass_loses_no_light(tmp_path):
 def test_index_one_is_invisible(tmp_path):
     """With refractiveindex 1 nothing is reflected and nothing is bent."""
     ball = {"type": "sphere", "center": [0, 0, 1], "radius": 0.8, "material": MATT}
-    clear = {"type": "box", "min": [-1, -1, -2], "max": [1.5, 1, -1], "material": MATT | GLASS | {"refractiveindex": 1.0}}
+    clear = {"type": "box", "min": [-1, -1, -2], "max": [1.5, 1, -1], "material": MATT | GLASS | {"refractiveindex": 1}}
     camera = {"width": 40, "height": 30}
-    with_it, without = (render(loaded(tmp_path, shapes, camera=camera)).channels()["R"] for shapes in ([ball, clear], [ball]))
+    with_it, without = (render(loaded(tmp_path, shapes, camera=camera)).channels()["R"]
+                        for shapes in ([ball, clear], [ball]))  # fmt: skip
     assert np.ptp(without) > 0.05 and np.abs(with_it - without).max() < 1e-5
 
 

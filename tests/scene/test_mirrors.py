@@ -130,7 +130,8 @@ MATT = {"bsdf": {"type": "diffuse", "reflectance": [0.7, 0.6, 0.5]}}
 SHINING = {"kd": 0.6, "ks": 0.3, "specularexponent": 15.0, "diffusecolor": [0.5, 0.6, 0.7]}
 HALF = {**SHINING, "isreflective": True, "reflectivity": 0.6}
 MIRROR = {"bsdf": {"type": "mirror", "reflectance": [0.9, 0.8, 0.7]}}
-LAMP = {"type": "arealight", "position": [-0.6, 1.6, -0.4], "u": [0.1, 0, 0], "v": [0, 0, 0.1], "intensity": [180, 160, 140]}
+LAMP = {"type": "arealight", "position": [-0.6, 1.6, -0.4], "u": [0.1, 0, 0], "v": [0, 0, 0.1],
+        "intensity": [180, 160, 140]}  # fmt: skip
 FLOOR = {"type": "rectangle", "center": [0, -0.9, 0], "u": [6, 0, 0], "v": [0, 0, 6], "material": SHINING}
 ROUND = {"type": "sphere", "center": [0.4, -0.3, 0.1], "radius": 0.6, "material": MIRROR}
 SHEET = {"type": "triangle", "v0": [-1.5, -0.9, 0.8], "v1": [0.4, -0.9, 1.2], "v2": [-0.8, 1.2, 1.0], "material": HALF}

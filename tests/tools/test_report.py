@@ -1,4 +1,4 @@
-"""The report: one PDF of its sources and measurements, whose numbers all come from modules, and which covers both sheets."""
+"""The report: one PDF of its sources and measurements, whose numbers come from modules, and which has both sheets."""
 
 import importlib
 import json
@@ -63,7 +63,8 @@ def flat(tmp_path_factory):
         patch.setattr(pairs, "quick", True)
         patch.setattr(pairs, "both", flat_pair)
         patch.setattr(pairs, "alone", lambda loaded: flat_pair(loaded).ours)
-        patch.setattr(older, "of_points", lambda: flat_pair(older._loaded(older.soft_document(), older.SOFT_SIZE, 1)).theirs)
+        lamps = flat_pair(older._loaded(older.soft_document(), older.SOFT_SIZE, 1)).theirs
+        patch.setattr(older, "of_points", lambda: lamps)
         maker.gather(root, {part: maker.make(part, root / maker.MADE / part) for part in maker.PARTS})
     return root
 
@@ -142,7 +143,8 @@ def sheets(root):
                                          ("Pathtracer", "pathtracer")])  # fmt: skip
 def test_every_lettered_feature_has_a_section(root, sheet, part):
     """Each letter of a sheet has a section that is named as one of its features."""
-    found = {letter: text.lower() for letter, text in (re.match(r"(?:\((\w)\) )?(.*)", line).groups() for line in headings(part))}
+    lettered = (re.match(r"(?:\((\w)\) )?(.*)", line).groups() for line in headings(part))
+    found = {letter: text.lower() for letter, text in lettered}
     names = sheets(root)[sheet]
     letters = {name[1] for name in names if name.startswith("(")}
     assert letters and not letters - set(found)
@@ -157,7 +159,8 @@ def test_every_feature_of_the_older_sheet_is_told(root):
                     for part in ("intermediate", "acceleration", "older"))  # fmt: skip
     names = sheets(root)["Older sheet, beyond the above"]
     assert len(names) > 8
-    missing = {name: [word for word in re.findall(r"[a-z]{3,}", name.lower()) if word not in FILLERS and word not in text]
+    missing = {name: [word for word in re.findall(r"[a-z]{3,}", name.lower())
+                      if word not in FILLERS and word not in text]
                for name in names}  # fmt: skip
     assert not {name: words for name, words in missing.items() if words}
 
@@ -217,7 +220,8 @@ def test_scale_of_differences_is_fixed():
 
 
 @pytest.mark.parametrize("value, text", [(0, "0"), (0.996, "1.0"), (12.34, "12"), (1234.5, "1,200"), (0.0043, "0.0043"),
-                                         (-3.21, "\u22123.2"), (2.4e-6, "2.4\u202f\u00d7\u202f10\u207b\u2076")])  # fmt: skip
+                                         (-3.21, "\u22123.2"),
+                                          (2.4e-6, "2.4\u202f\u00d7\u202f10\u207b\u2076")])  # fmt: skip
 def test_digits_are_as_many_as_count(value, text):
     """Two significant digits, thousands apart, small numbers with a power of ten."""
     assert results.digits(value) == text

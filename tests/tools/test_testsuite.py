@@ -22,7 +22,7 @@ def ball(root):
 
 @pytest.mark.parametrize("tonemap", ["linear", "reinhard", "filmic"])
 def test_curves_are_those_of_pictures(ball, tonemap):
-    """What is done to Mitsuba's radiance is what the renderer does to ours, but for a last bit where rounding decides."""
+    """What is done to Mitsuba's radiance is what the renderer does to ours, but for a bit where rounding decides."""
     loaded = replace(ball, description=replace(ball.description, tonemap=tonemap))
     rendering = render(loaded)
     radiance = np.stack([rendering.channels()[name] for name in "RGB"], axis=-1)
@@ -46,7 +46,8 @@ def test_blocks_are_means_of_squares():
     assert evened.shape == (2 * testsuite.BLOCK, testsuite.BLOCK, 3)
     for row in (0, testsuite.BLOCK):
         square = difference[row : row + testsuite.BLOCK]
-        np.testing.assert_allclose(evened[row : row + testsuite.BLOCK], np.broadcast_to(square.mean((0, 1)), square.shape))
+        mean = np.broadcast_to(square.mean((0, 1)), square.shape)
+        np.testing.assert_allclose(evened[row : row + testsuite.BLOCK], mean)
 
 
 def test_sheet_shows_ours_theirs_and_the_difference():

@@ -64,8 +64,10 @@ def typeset(root: Path = ROOT, format: str = "pdf", density: float | None = None
 
     day = datetime.datetime.fromisoformat(machine("date")).replace(tzinfo=datetime.UTC)
     try:
-        return typst.compile(str(root / SOURCES / "report.typ"), root=str(root), ignore_system_fonts=True, format=format,
-                             ppi=density, timestamp=day, sys_inputs={"digest": digest(root)})  # fmt: skip
+        return typst.compile(
+            str(root / SOURCES / "report.typ"), root=str(root), ignore_system_fonts=True, format=format, ppi=density,
+            timestamp=day, sys_inputs={"digest": digest(root)},
+        )  # fmt: skip
     except typst.TypstError as error:
         raise ReportError(f"{error.message}\n{error.diagnostic}") from None
 

@@ -12,8 +12,7 @@ from tools import testsuite
 from tools.report import pairs
 from tools.report.results import (
     ROOT, THIN, UNASKED, cost, digits, figure, hard_case, hard_share, machine, median, percent, picture_cost, row,
-    seconds, table,
-    unit, words,
+    seconds, table, unit, words,
 )  # fmt: skip
 
 COURSEWORK = ("binary_primitives", "simple_phong", "scene", "mirror_image")
@@ -36,8 +35,9 @@ FEATURES = {  # of the table: name, scene and mode, and the feature whose cost i
     "refraction": ("features/material_refractive", None, "refraction"),
 }
 HARD = {"camera": "pixels of a field of view of 0.1 degrees", "steep": "views 1e-3 to 1e-7 from straight up",
-        "sphere": "sphere of 1e-4 from 1e3 radii: distance", "needles": "needles and triangles seen edge-on: distance of "
-        "hits from their plane", "highlight": "highlight of exponent 1e5, mode phong",
+        "sphere": "sphere of 1e-4 from 1e3 radii: distance",
+        "needles": "needles and triangles seen edge-on: distance of hits from their plane",
+        "highlight": "highlight of exponent 1e5, mode phong",
         "fresnel": "Fresnel, all angles, glass", "bounces": "100 bounces between two mirrors, mode phong"}  # fmt: skip
 SHARES = {"edges": "corners and edges of triangle shapes, met exactly",
           "rims": "cylinders: rays from within that aim at a rim",
@@ -111,7 +111,8 @@ def costs() -> dict[str, str]:
         "schlick": schlick(), "stack": str(STACK_SIZE),
         "numpy": seconds(importing["numpy"] - importing["sys"]),
         "ppm_cost": picture_cost("basic.image_ppm"), "png_cost": picture_cost("basic.image_png"),
-        "writing": seconds(median(stages["warm (s)"])), "rays_least": digits(min(rates)), "rays_most": digits(max(rates)),
+        "writing": seconds(median(stages["warm (s)"])),
+        "rays_least": digits(min(rates)), "rays_most": digits(max(rates)),
     }  # fmt: skip
 
 

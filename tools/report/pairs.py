@@ -62,8 +62,8 @@ def pair(folder: Path, name: str, scene: str, *, mode: str | None = None, size: 
 
     `scene` is a path below scenes/ without its ending; a `document` takes its place, and `scene` then names the folder
     that its files lie in. Keys: NAME_median, NAME_high and NAME_greatest, differences in 8-bit levels (of the channel
-    that differs most); NAME_apart, the share of pixels that differ by more than one level, and NAME_pixels, their number
-    and that of all; of path-traced pictures the same of the means of squares, and NAME_means, the relative difference
+    that differs most); NAME_apart, the share of pixels that differ by more than one level, and NAME_pixels, how many
+    and of how many; of path-traced pictures the same of the means of squares, and NAME_means, the relative difference
     of mean radiance with its standard error.
     """
     found = both(prepared(scene, mode, size, samples, document))
