@@ -33,10 +33,14 @@ def ply(vertices, triangles, normals=None, uv=None):
 
 
 def text(document):
-    """Return a scene file, a shape a line."""
-    document = {**document, "scene": dict(document["scene"])}
-    shapes = document["scene"].pop("shapes")
-    lines = ",\n    ".join(json.dumps(shape) for shape in shapes)
-    rest = {key: value for key, value in document.items() if key not in ("camera", "scene")}
-    return (f'{{\n  {json.dumps(rest)[1:-1]},\n  "camera": {json.dumps(document["camera"])},\n'
-            f'  "scene": {json.dumps(document["scene"])[:-1]}, "shapes": [\n    {lines}\n  ]}}\n}}\n')
+    """Return a document as a scene file, a line for each light and shape."""
+    lines = [f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in document.items() if key != "scene"]
+    inner = []
+    for key, value in document["scene"].items():
+        if key in ("lightsources", "shapes"):
+            items = ",\n".join(f"      {json.dumps(item)}" for item in value)
+            inner.append(f'    "{key}": [\n{items}\n    ]')
+        else:
+            inner.append(f'    "{key}": {json.dumps(value)}')
+    lines.append('  "scene": {\n' + ",\n".join(inner) + "\n  }")
+    return "{\n" + ",\n".join(lines) + "\n}\n"

@@ -14,6 +14,7 @@ from PIL import Image
 from benchmarks.table import RESULTS
 from renderer.core import llvm
 from renderer.scene.loader import from_dict
+from scenes import making
 from tools import guide, hard_cases
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -37,7 +38,7 @@ def preceding_steps(block):
 
 def as_typed(count):
     """Return the file of whoever has followed the first steps, its picture made small."""
-    text = guide.written(TEXT)[0] if count == 1 else guide.as_text(STEPS[count - 1])
+    text = guide.written(TEXT)[0] if count == 1 else making.text(STEPS[count - 1])
     return text.replace('"width": 600, "height": 400', '"width": {}, "height": {}'.format(*SMALL))
 
 
@@ -180,7 +181,7 @@ def test_steps_grow():
     for step, later in zip(STEPS, STEPS[1:]):
         assert later["scene"]["shapes"][: len(step["scene"]["shapes"])] == step["scene"]["shapes"]
     for step in STEPS:
-        again = from_dict(json.loads(guide.as_text(step)), directory=guide.SCENES, strict=True)
+        again = from_dict(json.loads(making.text(step)), directory=guide.SCENES, strict=True)
         assert again.description == from_dict(step, directory=guide.SCENES, strict=True).description
 
 

@@ -14,6 +14,8 @@ import math
 import re
 from pathlib import Path
 
+from scenes import making
+
 ROOT = Path(__file__).resolve().parent.parent
 README = ROOT / "README.md"
 FOLDER = ROOT / "docs" / "guide"
@@ -50,21 +52,6 @@ def grown(document: dict, new: dict) -> dict:
         else:
             result[key] = value
     return result
-
-
-def as_text(document: dict) -> str:
-    """Return a document as a scene file, a line for each light and shape."""
-    world = document["scene"]
-    lines = [f"  {json.dumps(key)}: {json.dumps(value)}" for key, value in document.items() if key != "scene"]
-    inner = []
-    for key, value in world.items():
-        if key in ("lightsources", "shapes"):
-            items = ",\n".join(f"      {json.dumps(item)}" for item in value)
-            inner.append(f'    "{key}": [\n{items}\n    ]')
-        else:
-            inner.append(f'    "{key}": {json.dumps(value)}')
-    lines.append('  "scene": {\n' + ",\n".join(inner) + "\n  }")
-    return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def rendered(document: dict, **settings):
@@ -110,7 +97,7 @@ def main(arguments=None):
                         help="print the file of this step")
     options = parser.parse_args(arguments)
     if options.number:
-        print(as_text(documents[options.number - 1]), end="")
+        print(making.text(documents[options.number - 1]), end="")
         return 0
     pictures = [rendered(document) for document in documents]
     FOLDER.mkdir(parents=True, exist_ok=True)
