@@ -219,7 +219,7 @@ def _header(loaded, options, rendering):
 
     description = loaded.description
     exposure = description.camera.exposure if options.exposure is None else options.exposure
-    encoding = options.encoding or ("srgb" if description.rendermode == schema.PATHTRACER else "linear")
+    encoding = options.encoding or schema.encoding_of(description.rendermode)
     settings = {
         "version": __version__, "scene": loaded.path, "mode": description.rendermode, "samples": rendering.samples,
         "size": f"{description.camera.width}x{description.camera.height}", "seed": options.seed,

@@ -1,7 +1,8 @@
 """Noise taken out of a finished picture by Intel's Open Image Denoise, guided by what the pixels' middles show.
 
-The library is an extra (`requirements/denoise.txt`). A denoised picture looks better than it is: what is smooth may be
-invented. It is for looking at, not for measuring.
+The library is an extra (`requirements/denoise.txt`). Its package `mitsuba_oidn` is so called after those who pack it,
+and neither needs nor contains Mitsuba. A denoised picture looks better than it is: what is smooth may be invented. It
+is for looking at, not for measuring.
 """
 
 from renderer.core.errors import RenderError, UsageError

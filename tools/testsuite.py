@@ -110,9 +110,14 @@ def shape_picture(theirs, ours):
     return picture
 
 
+def image_of(picture):
+    """Return a picture as an image; what is not in [0, 1] is clipped."""
+    return Image.fromarray(np.uint8(np.round(255 * np.clip(picture, 0, 1))))
+
+
 def small(picture):
     """Return a picture in [0, 1] as an image of one cell."""
-    return Image.fromarray(np.uint8(np.round(255 * np.clip(picture, 0, 1)))).resize(CELL, Image.Resampling.BOX)
+    return image_of(picture).resize(CELL, Image.Resampling.BOX)
 
 
 def blocks(difference):
@@ -154,7 +159,7 @@ def beside(pictures):
     height, width = pictures[0].shape[:2]
     page = Image.new("RGB", (len(pictures) * (width + 3) - 3, height), "white")
     for number, picture in enumerate(pictures):
-        page.paste(Image.fromarray(np.uint8(np.round(255 * picture))), (number * (width + 3), 0))
+        page.paste(image_of(picture), (number * (width + 3), 0))
     return page
 
 

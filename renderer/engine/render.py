@@ -19,7 +19,7 @@ from renderer.engine.passes import LEAST_SECONDS, Lost, Until, View, find_lost, 
 from renderer.integrators import first_hit, integrator_of
 from renderer.samplers import KINDS as SAMPLERS
 from renderer.scene.arrange import AUTO
-from renderer.scene.schema import DEBUG_MODES, PATHTRACER, SHADED_MODES
+from renderer.scene.schema import DEBUG_MODES, PATHTRACER, SHADED_MODES, encoding_of
 from renderer.scene.tables import compile_camera, compile_scene
 
 
@@ -68,7 +68,7 @@ class Rendering:
         if self.mode in SHADED_MODES:
             exposure = self._exposure if exposure is None else exposure
             scale, curve = exposure / NEUTRAL_EXPOSURE, tonemap or self._tonemap
-            coding = encoding or ("srgb" if self.mode == PATHTRACER else "linear")
+            coding = encoding or encoding_of(self.mode)
         channels = [tonemapping.to_bytes(c, dr.opaque(Float, scale), curve, coding) for c in self._colour]
         dr.eval(channels)
         picture = bytearray(3 * self.width * self.height)

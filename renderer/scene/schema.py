@@ -339,4 +339,9 @@ class Scene(Node):
         return self.samples or (PATH_SAMPLES if self.rendermode == PATHTRACER else 1)
 
 
+def encoding_of(mode):
+    """Return how the 8-bit values of a render mode's picture are encoded where nobody says otherwise."""
+    return "srgb" if mode == PATHTRACER else "linear"
+
+
 SCENE = Record(Scene, partial=True)

@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 
 from tools.hard_cases import PAGE
-from tools.report.results import RESULTS, ROOT, UNMEASURED, machine
+from tools.report.results import RESULTS, ROOT, machine
 
 PARTS = ("basic", "intermediate", "older", "acceleration", "pathtracer", "architecture", "lanes", "error", "stability",
          "gallery", "limits")  # fmt: skip
@@ -111,8 +111,6 @@ def main(arguments=None) -> int:
             for number, page in enumerate(typeset(format="png", density=110), 1):
                 (ROOT / MADE / f"page-{number:02}.png").write_bytes(page)
         check(pages, len(report))
-        if UNMEASURED in (ROOT / MADE / NUMBERS).read_text():
-            print("some costs are not measured yet: python -m benchmarks features", file=sys.stderr)
     except ReportError as error:
         print(error, file=sys.stderr)
         return 1

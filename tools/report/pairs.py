@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
 from renderer.engine.render import render
 from renderer.scene.loader import from_dict, load, override
@@ -145,7 +144,7 @@ def relative_means(ours: np.ndarray, theirs: np.ndarray) -> str:
 
 def write(path: Path, shown: np.ndarray, noisy: bool) -> None:
     """Write a picture in [0, 1] as JPEG where it is noisy and as PNG else; the path has no ending yet."""
-    image = Image.fromarray(np.uint8(np.round(LEVELS * np.clip(shown, 0, 1))))
+    image = testsuite.image_of(shown)
     if noisy:
         image.save(f"{path}.jpg", quality=testsuite.QUALITY)
     else:

@@ -11,7 +11,7 @@ from benchmarks.feature_patches import patched
 from renderer.engine.render import render
 from renderer.scene.loader import override
 from tools.report import drawing, pairs, path_scenes
-from tools.report.results import THIN, UNASKED, UNMEASURED, cost, digits, median, row, table, times, words
+from tools.report.results import THIN, UNASKED, cost, digits, median, row, table, times, words
 
 WIDE = {"bsdfs": ((480, 240), 192), "lights": ((480, 200), 256)}  # pixels, and samples a pixel
 TABLE_SIZE, TABLE_SAMPLES = (240, 160), 128  # of the scenes whose agreement is told in tables
@@ -193,8 +193,6 @@ def switches():
 
 def error_times_time(feature, squared):
     """Return squared error times time of a feature, beside those without it, as its CPU time was measured."""
-    if cost(feature)["times"] == UNMEASURED:
-        return UNMEASURED
     return times(squared * median(row("features", "features", feature=feature)["time, x without"]))
 
 

@@ -11,7 +11,6 @@ from tools import hard_cases
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 RESULTS = ROOT / "benchmarks" / "results.json"
-UNMEASURED = "not measured yet"  # the maker of the report warns of it
 UNASKED = "\u2013"  # Mitsuba cannot do the same
 LEAST_PLAIN = 1e-4  # smaller numbers are written with a power of ten
 SUPERSCRIPTS = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
@@ -118,12 +117,17 @@ def hard_share(name: str, side: str) -> str:
     return percent(getattr(_hard(name), side)[1])
 
 
+@functools.cache
+def _hard_cases():
+    """Return {name: HardCase} of the whole page."""
+    return {case.name: case for case in hard_cases.read(hard_cases.PAGE.read_text())}
+
+
 def _hard(name):
     """Return the hard case of a name; raises KeyError."""
-    for case in hard_cases.read(hard_cases.PAGE.read_text()):
-        if case.name == name:
-            return case
-    raise KeyError(f"no hard case {name!r} in {hard_cases.PAGE.name}")
+    if name not in _hard_cases():
+        raise KeyError(f"no hard case {name!r} in {hard_cases.PAGE.name}")
+    return _hard_cases()[name]
 
 
 def _plain(number):
@@ -135,11 +139,7 @@ def cost(feature: str) -> dict[str, str]:
     """Return what a feature costs: `ns` a sample, `times` the time without it, and `mitsuba`, the same of Mitsuba's.
 
     `share` is the time as a share of that without; `ratio` has no unit.
-
-    UNMEASURED stands where the benchmark has not been run yet.
     """
-    if "features" not in results()["benchmarks"]:
-        return dict.fromkeys(("ns", "times", "mitsuba", "share", "ratio"), UNMEASURED)
     found = row("features", "features", feature=feature)
     ours, theirs = median(found["time, x without"]), median(found["Mitsuba's, x without"])
     return {"ns": unit(median(found["cost (ns a sample)"]), "ns"), "times": times(ours), "share": percent(ours),
@@ -147,7 +147,5 @@ def cost(feature: str) -> dict[str, str]:
 
 
 def picture_cost(feature: str) -> str:
-    """Return the CPU time a pixel of what is done once a picture; UNMEASURED as above."""
-    if "features" not in results()["benchmarks"]:
-        return UNMEASURED
+    """Return the CPU time a pixel of what is done once a picture."""
     return unit(median(row("features", "pictures", feature=feature)["CPU ns a pixel"]), "ns")
